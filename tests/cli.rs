@@ -1193,6 +1193,69 @@ fn cells_are_drawn_themselves_unless_flags_ask_for_samples_which_is_told() {
 }
 
 #[test]
+fn meshes_and_points_are_encoded_where_their_points_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let points = at("points.csv");
+    let line = |i: i32| {
+        let [x, y, z] = [i % 5, i / 5 % 5, i / 25].map(f64::from);
+        format!("{x},{y},{z},{}\n", (-0.2 * ((x - 2.0).powi(2) + (y - 2.0).powi(2))).exp() + z)
+    };
+    let table: String = (0..125).map(line).collect();
+    std::fs::write(&points, format!("x,y,z,warmth\n{table}")).expect("written");
+    for (source, count) in [("demo:mesh:4", 600), (points.as_str(), 125)] {
+        let encoded = at("functions.vrbf");
+        let made = voxsplat(&[
+            "encode",
+            source,
+            "--output",
+            &encoded,
+            "--max-error",
+            "40%",
+            "--functions",
+            "60",
+        ]);
+        assert_eq!(made.status.code(), Some(0), "{source}: {}", errors(&made));
+        assert!(errors(&made).contains(&format!("for {count} samples")), "{}", errors(&made));
+        let drawn =
+            voxsplat(&["render", &encoded, "--output", &at("p.png"), "--resolution", "40,30"]);
+        assert_eq!(drawn.status.code(), Some(0), "{source}: {}", errors(&drawn));
+    }
+    // By themselves points have nothing between them.
+    let refused = voxsplat(&["render", &points, "--output", &at("p.png")]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(errors(&refused).contains("cells with volume"), "{}", errors(&refused));
+}
+
+/// The polygons of a file of cells, and the outer faces of its solids.
+#[test]
+fn the_surface_of_a_mesh_is_embedded_as_polygons() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let box_of_hexahedron = "# vtk DataFile Version 2.0\na box\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n\
+        -.5 -.5 -.5 .5 -.5 -.5 .5 .5 -.5 -.5 .5 -.5 -.5 -.5 .5 .5 -.5 .5 .5 .5 .5 -.5 .5 .5\n\
+        CELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\n";
+    let file = at("box.vtk");
+    std::fs::write(&file, box_of_hexahedron).expect("written");
+    let stats = at("stats.json");
+    let drawn = voxsplat(&[
+        "render",
+        "demo:blobs:16",
+        "--mesh",
+        &file,
+        "--output",
+        &at("p.png"),
+        "--resolution",
+        "40,30",
+        "--stats",
+        &stats,
+    ]);
+    assert_eq!(drawn.status.code(), Some(0), "{}", errors(&drawn));
+    let told = std::fs::read_to_string(&stats).expect("stats");
+    assert!(told.contains("box.vtk"), "{told}");
+}
+
+#[test]
 fn a_converted_volume_is_the_one_it_was_and_dims_are_of_functions_alone() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("wind.nrrd");

@@ -113,7 +113,7 @@ fn value_in(found: InCell) -> f32 {
     if found.record == 0u {
         return NOTHING;
     }
-    let unit = found.unit;
+    let unit = clamp(found.unit, vec3<f32>(0.0), vec3<f32>(1.0));
     if word(found.record) == TETRAHEDRON {
         let at = found.record + 14u;
         return number(at) + dot(triple(at + 1u), unit);
@@ -135,7 +135,7 @@ fn growth_in(found: InCell) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let kind = word(found.record);
-    let unit = found.unit;
+    let unit = clamp(found.unit, vec3<f32>(0.0), vec3<f32>(1.0));
     let below = 1.0 - unit.z;
     if kind == TETRAHEDRON {
         let at = found.record + 18u;

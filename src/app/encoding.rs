@@ -210,8 +210,12 @@ impl Window {
         let Some(scene) = &mut self.scene else { return };
         let unit = scene.splat.opacity_unit_distance;
         let with_unit = |mode| SplatSettings { opacity_unit_distance: unit, ..mode };
+        let own = match scene.volume().and_then(|volume| volume.cells.as_ref()) {
+            Some(_) => SplatSettings::CELLS,
+            None => SplatSettings::EXACT,
+        };
         scene.splat = with_unit(SplatSettings::FUNCTIONS);
-        self.compare.with(with_unit(SplatSettings::EXACT));
+        self.compare.with(with_unit(own));
     }
 
     /// Beside the file, or with the pictures where there is none.

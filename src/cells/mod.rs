@@ -11,7 +11,7 @@ mod split;
 mod surface;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
@@ -83,6 +83,8 @@ pub struct Cells {
     /// Of the file's polygons.
     triangles: Vec<[u32; 3]>,
     census: Census,
+    /// Once someone has asked: each picture does.
+    median_edge: OnceLock<f64>,
 }
 
 impl Cells {
@@ -117,12 +119,13 @@ impl Cells {
                 expected: "offsets that rise from cell to cell".into(),
                 found: format!("{end} after {begin} for cell {cell}"),
             })?;
-            if own.iter().any(|corner| !points[*corner as usize].is_finite()) {
+            let none = Vec::new();
+            let faces = faces.get(&cell).unwrap_or(&none);
+            let mut all = own.iter().chain(faces.iter().flatten());
+            if all.any(|corner| !points[*corner as usize].is_finite()) {
                 census.not_finite += 1;
                 continue;
             }
-            let none = Vec::new();
-            let faces = faces.get(&cell).unwrap_or(&none);
             if split.push(*kind, own, faces, cell)? {
                 census.split += 1;
             }
@@ -140,7 +143,17 @@ impl Cells {
             census.flat += usize::from(placed.is_flat());
             census.inverted += usize::from(volume < 0.0 && !placed.is_flat());
         }
-        Ok(Self { points, own_points, own_cells, blends, solids, sources, triangles, census })
+        Ok(Self {
+            points,
+            own_points,
+            own_cells,
+            blends,
+            solids,
+            sources,
+            triangles,
+            census,
+            median_edge: OnceLock::new(),
+        })
     }
 
     /// The hexahedra between the points of a curvilinear grid, x fastest; two points or more along each axis.
@@ -177,6 +190,7 @@ impl Cells {
             sources,
             triangles: Vec::new(),
             census: Census { by_type, ..Census::default() },
+            median_edge: OnceLock::new(),
         }
     }
 
@@ -205,7 +219,7 @@ impl Cells {
         &self.sources
     }
 
-    /// The middle of each of the file's cells, as the mean of its solids' corners; the origin where a cell has no solid.
+    /// The middle of each of the file's cells, as the mean of its solids' corners; not a number where a cell has no solid.
     pub fn middles(&self) -> Arc<[DVec3]> {
         let mut sums = vec![(DVec3::ZERO, 0.0); self.own_cells];
         for (solid, cell) in self.solids.iter().zip(&self.sources) {
@@ -215,7 +229,8 @@ impl Cells {
                 *count += 1.0;
             }
         }
-        sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { sum }).collect()
+        let mean = |(sum, count): (DVec3, f64)| if count > 0.0 { sum / count } else { DVec3::NAN };
+        sums.into_iter().map(mean).collect()
     }
 
     /// Triangles of the file's polygons, and of the solids' outer faces.
@@ -248,6 +263,10 @@ impl Cells {
 
     /// The median length of the solids' edges; of many, of some thousands of them. 0 where there is none.
     pub fn median_edge(&self) -> f64 {
+        *self.median_edge.get_or_init(|| self.measured_edge())
+    }
+
+    fn measured_edge(&self) -> f64 {
         const MOST: usize = 20_000;
         let every = self.solids.len().div_ceil(MOST).max(1);
         let mut lengths: Vec<f64> = Vec::new();

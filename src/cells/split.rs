@@ -23,7 +23,7 @@ pub(super) struct Split<'a> {
     /// Places of the blends.
     pub added: Vec<DVec3>,
     /// Blends by what they are the mean of, so that neighbours share those on their common face.
-    known: HashMap<Vec<u32>, u32>,
+    known: HashMap<Vec<(u32, u64)>, u32>,
 }
 
 impl<'a> Split<'a> {
@@ -138,7 +138,8 @@ impl<'a> Split<'a> {
 
     /// The mean of points, with weights that belong to them.
     fn blend(&mut self, of: &[(u32, f64)]) -> u32 {
-        let mut key: Vec<u32> = of.iter().map(|(point, _)| *point).collect();
+        let mut key: Vec<(u32, u64)> =
+            of.iter().map(|(point, weight)| (*point, weight.to_bits())).collect();
         key.sort_unstable();
         if let Some(known) = self.known.get(&key) {
             return *known;

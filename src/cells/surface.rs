@@ -33,16 +33,18 @@ impl Cells {
             )]
             let own = i as u32;
             for face in solid.kind().faces() {
-                let all = solid.corners();
-                let at = |i: usize| all[face[i.min(face.len() - 1)]];
-                let corners = [at(0), at(1), at(2), at(3)];
-                let mut key = corners;
-                key.sort_unstable();
-                // Of a triangle the last point counts once.
-                if face.len() == 3 {
-                    key = [corners[0], corners[1], corners[2], u32::MAX];
-                    key.sort_unstable();
+                // Corners that fall together are one, as in hexahedra that stand for wedges.
+                let mut own_corners: Vec<u32> = face.iter().map(|i| solid.corners()[*i]).collect();
+                own_corners.dedup();
+                if own_corners.len() > 1 && own_corners.first() == own_corners.last() {
+                    own_corners.pop();
                 }
+                let (corners, mut key) = match own_corners[..] {
+                    [a, b, c] => ([a, b, c, c], [a, b, c, u32::MAX]),
+                    [a, b, c, d] => ([a, b, c, d], [a, b, c, d]),
+                    _ => continue,
+                };
+                key.sort_unstable();
                 #[expect(clippy::cast_possible_truncation, reason = "six a solid")]
                 let order = faces.len() as u32;
                 faces.push((key, order, Face { corners, solid: own }));

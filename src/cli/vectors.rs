@@ -182,7 +182,9 @@ impl VectorFlags {
             }
         };
         let vectors = vectors.map_err(failed)?;
-        note_holes(&vectors);
+        if !matches!(input.grid.shape, Shape::Unstructured(_)) {
+            note_holes(&vectors);
+        }
         let opening = VectorLayer::beside_another(Arc::new(vectors));
         let beside = scene.volume().map(|volume| &**volume);
         let range = |by: ColourBy| by.range(&opening.field, beside);

@@ -13,10 +13,15 @@ use crate::volume::Lattice;
 /// Words before the lists: where the lists begin, and what points' values grow by; boxes along each axis, and the edge of
 /// one.
 const HEAD: usize = 6;
-/// A place is in a cell up to so far outside it, samples: what single precision leaves of a place.
+/// A place is in a cell up to so far outside it, samples: what single precision leaves of a place; and more where a lattice
+/// is longer than 256 samples.
 const RIM: f64 = 3e-5;
+/// The same for each sample of the longest axis.
+const RIM_A_SAMPLE: f64 = 2.4e-7;
 /// And so far in units of the cell.
 const UNIT_RIM: f64 = 2e-5;
+/// Cells so thin that the rim is greater than this part of them are nothing that single precision can tell.
+const WIDEST_RIM: f64 = 0.5;
 
 /// Cells as words. Behind the head: where the list of each box begins, and the last ends; the lists, of the words at which
 /// records begin; three numbers a point, what values grow by per index; and the records. Of each: its kind, how far outside
@@ -66,6 +71,8 @@ pub(super) fn words(
     words.extend(&listed.starts);
     words.extend(listed.lists.iter().map(|solid| short(ends[*solid as usize])));
     let index = axes.transpose();
+    let longest = lattice.dims.into_iter().max().unwrap_or(1) as f64;
+    let own_rim = RIM.max(RIM_A_SAMPLE * longest);
     words.extend(growths.iter().flat_map(|growth| (index * *growth).to_array().map(bits)));
     for (i, solid) in cells.solids().iter().enumerate() {
         if i.is_multiple_of(1 << 12) && ticket.is_cancelled() {
@@ -85,17 +92,20 @@ pub(super) fn words(
             let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
             let steepest = rows.iter().fold(0.0_f64, |most, row| most.max(row.length()));
             // Without volume it holds no place: nothing lies so far inside it.
-            let is_sound = steepest.is_finite() && steepest < 1e6;
-            let rim = if is_sound { UNIT_RIM + RIM * steepest } else { -1.0 };
+            let rim = UNIT_RIM + own_rim * steepest;
+            let is_sound = rim < WIDEST_RIM;
+            let rim = if is_sound { rim } else { -1.0 };
             let rows = if is_sound { rows } else { [DVec3::ZERO; 3] };
             words.extend([solid.kind() as u32, bits(rim)]);
             words.extend(first.to_array().map(bits));
             words.extend(rows.into_iter().flat_map(|row| row.to_array().map(bits)));
             words.extend(values[..4].iter().map(|value| bits(*value)));
         } else {
-            let shortest =
-                places[1..4].iter().fold(f64::INFINITY, |least, by| least.min(by.length()));
-            let rim = UNIT_RIM + (RIM / shortest.max(1e-6)).min(0.1);
+            let steepest = placed.at(solid.kind().middle()).1.inverse().transpose();
+            let rows = [steepest.x_axis, steepest.y_axis, steepest.z_axis];
+            let steepest = rows.iter().fold(0.0_f64, |most, row| most.max(row.length()));
+            let rim = (UNIT_RIM + own_rim * steepest).min(WIDEST_RIM / 10.0);
+            let rim = if placed.is_flat() { -1.0 } else { rim };
             words.extend([solid.kind() as u32, bits(rim)]);
             words.extend(first.to_array().map(bits));
             words.extend(places[1..].iter().flat_map(|by| by.to_array().map(bits)));

@@ -272,11 +272,12 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
         direction: DMat3::from_cols_array(&found.direction),
     };
     lattice.check()?;
+    // Functions of meshes and points are sampled at other places than they were fitted to.
     let places = memory::checked_product(&found.dims.map(|n| n as u64));
-    if places != (found.samples as u64).checked_add(found.left_out as u64) {
+    if places.is_none_or(|places| places == 0) {
         return Err(header(
-            "as many samples as the dimensions say",
-            "others",
+            "dimensions of one sample or more",
+            format!("{:?}", found.dims),
             "encode the source again",
         ));
     }

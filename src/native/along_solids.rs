@@ -181,14 +181,13 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let by = own.turned(simd, packet.direction);
         let (mut enter, mut leave) = (all(simd, -FAR), all(simd, FAR));
         let mut is_met = packet.is_there;
-        let rim = all(simd, own.rim);
         let sides = [
-            (from.x, by.x),
-            (from.y, by.y),
-            (from.z, by.z),
-            (one - from.x - from.y - from.z, zero - by.x - by.y - by.z),
+            (from.x, by.x, own.rims[0]),
+            (from.y, by.y, own.rims[1]),
+            (from.z, by.z, own.rims[2]),
+            (one - from.x - from.y - from.z, zero - by.x - by.y - by.z, own.rims[3]),
         ];
-        for (height, growth) in sides {
+        for (height, growth, rim) in sides {
             let height = height + rim;
             let is_along = growth.abs().simd_lt(all(simd, 1e-20));
             let t = (zero - height) / choose(is_along, one, growth);
@@ -293,8 +292,10 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let from = Vec3 { x: place.x - ox, y: place.y - oy, z: place.z - oz };
         let [by_u, by_v, by_uv] = own.places.map(|by| Vec3::splat(simd, by));
         let back = packet.direction.scaled(all(simd, -1.0));
+        let speed = back.dot(back);
         let [mut u, mut v] = [all(simd, 0.5); 2];
         let mut t = zero;
+        let mut is_found = Mask::splat(simd, false);
         let steps = if own.is_triangle { 1 } else { FACE_STEPS };
         let mut last = one;
         for _ in 0..steps {
@@ -305,9 +306,12 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             let off = Vec3 { x: there.x - here.x, y: there.y - here.y, z: there.z - here.z };
             let across = cross(along_v, back);
             let determinant = along_u.dot(across);
-            let is_sound = determinant.abs().simd_gt(all(simd, 1e-30));
+            // A face that is seen from its side is passed by the faces beside it.
+            let size = along_u.dot(along_u) * along_v.dot(along_v);
+            let is_sound = (determinant * determinant).simd_gt(size * (speed * 1e-10));
             let share = one / choose(is_sound, determinant, one);
             let share = choose(is_sound, share, zero);
+            is_found = is_sound;
             let [du, dv, dt] = [
                 off.dot(across) * share,
                 off.dot(cross(back, along_u)) * share,
@@ -322,8 +326,12 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let end = one - rim;
         let is_settled = last.simd_le(all(simd, 1e-2)) | Mask::splat(simd, own.is_triangle);
         let beyond = if own.is_triangle { u + v } else { u.max(v) };
-        let is_met =
-            packet.is_there & is_settled & u.simd_ge(rim) & v.simd_ge(rim) & beyond.simd_le(end);
+        let is_met = packet.is_there
+            & is_found
+            & is_settled
+            & u.simd_ge(rim)
+            & v.simd_ge(rim)
+            & beyond.simd_le(end);
         if !any(is_met) {
             return;
         }

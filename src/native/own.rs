@@ -50,7 +50,8 @@ impl<S: Simd> Found<S> {
     /// A value, and nothing else.
     #[inline(always)]
     pub(super) fn of(simd: S, value: Lanes<S>) -> Self {
-        Self { value, growth: None, border: [all(simd, 0.0); 4] }
+        let nowhere = [all(simd, 1e30), all(simd, -1e30), all(simd, 0.0), all(simd, 0.0)];
+        Self { value, growth: None, border: nowhere }
     }
 }
 

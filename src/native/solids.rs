@@ -14,15 +14,20 @@ use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
-use crate::cells::{CellField, Kind, Listed};
+use crate::cells::{CellField, Kind, Listed, Placed};
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::Bounds;
 use crate::volume::Lattice;
 
-/// A place is in a cell up to so far outside it, samples: what single precision leaves of a place, and no seam opens.
-const RIM: f32 = 3e-5;
+/// A place is in a cell up to so far outside it, samples: what single precision leaves of a place, and no seam opens; and
+/// more where a lattice is longer than 256 samples.
+const RIM: f64 = 3e-5;
+/// The same for each sample of the longest axis.
+const RIM_A_SAMPLE: f64 = 2.4e-7;
 /// And so far in units of the cell.
-const UNIT_RIM: f32 = 2e-5;
+const UNIT_RIM: f64 = 2e-5;
+/// Cells so thin that the rim is greater than this part of them are nothing that single precision can tell.
+const WIDEST_RIM: f64 = 0.5;
 /// Steps of Newton's method, at most; solids that are no parallelepipeds but like one take three.
 const MOST_STEPS: usize = 8;
 /// No more steps follow one as short as this, in units of the cell.
@@ -37,8 +42,8 @@ pub(super) struct Straight {
     pub rows: [[f32; 3]; 3],
     /// Value at the first corner, and its growth along r, s and t.
     pub values: [f32; 4],
-    /// How far outside counts as inside, in units of it.
-    pub rim: f32,
+    /// How far outside counts as inside, along r, s, t and towards the first corner, in units of it.
+    pub rims: [f32; 4],
 }
 
 /// Any other solid: factors of 1, r, s, t, rs, st, rt and rst.
@@ -50,7 +55,8 @@ pub(super) struct Bent {
     pub values: [f32; 8],
     /// Its box, and a little about it.
     pub bounds: [[f32; 3]; 2],
-    pub rim: f32,
+    /// How far outside counts as inside, along r, s and t, in units of it.
+    pub rims: [f32; 3],
 }
 
 /// A solid.
@@ -108,6 +114,8 @@ impl Solids {
         let is_there: Vec<bool> =
             (0..cells.solids().len()).into_par_iter().map(|solid| field.is_there(solid)).collect();
         let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)?;
+        let longest = lattice.dims.into_iter().max().unwrap_or(1) as f64;
+        let rim = RIM.max(RIM_A_SAMPLE * longest);
         let (mut straight, mut bent) = (Vec::new(), Vec::new());
         let mut solids = Vec::with_capacity(is_there.len());
         for (i, solid) in cells.solids().iter().enumerate() {
@@ -116,10 +124,10 @@ impl Solids {
             }
             let values = field.at_corners(i).map(|value| narrow(value - bias));
             let placed = solid.placed(&listed.points);
-            let made = if !is_there[i] {
+            let made = if !is_there[i] || placed.is_flat() {
                 Solid::Nothing
             } else if solid.kind() == Kind::Tetrahedron {
-                match of_tetrahedron(placed.corners(), values) {
+                match of_tetrahedron(placed.corners(), values, rim) {
                     Some(own) => {
                         straight.push(own);
                         Solid::Straight(straight.len() as u32 - 1)
@@ -127,7 +135,7 @@ impl Solids {
                     None => Solid::Nothing,
                 }
             } else {
-                bent.push(of_solid(solid.kind(), placed.corners(), values));
+                bent.push(of_solid(&placed, values, rim));
                 Solid::Bent(bent.len() as u32 - 1)
             };
             solids.push(made);
@@ -381,7 +389,7 @@ impl Solids {
         unit: Vec3<S>,
     ) -> Vec3<S> {
         let kind = self.field.cells().solids()[solid as usize].kind();
-        let weights = weights(simd, kind, unit);
+        let weights = weights(simd, kind, clamped(simd, unit));
         let mut sum = Vec3::splat(simd, [0.0; 3]);
         for (corner, weight) in self.corners(solid).iter().zip(weights) {
             let growth = Vec3::splat(simd, growths[*corner as usize]);
@@ -397,36 +405,40 @@ fn narrow(v: f64) -> f32 {
 }
 
 /// `None` where it has no volume that single precision can tell.
-fn of_tetrahedron(corners: &[DVec3], [a, b, c, d, ..]: [f32; 8]) -> Option<Straight> {
+fn of_tetrahedron(corners: &[DVec3], [a, b, c, d, ..]: [f32; 8], rim: f64) -> Option<Straight> {
     let origin = corners[0];
     let slopes = DMat3::from_cols(corners[1] - origin, corners[2] - origin, corners[3] - origin);
     let rows = slopes.inverse().transpose();
     let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
-    let steepest = rows.iter().fold(0.0_f64, |most, row| most.max(row.length()));
-    let is_sound = steepest.is_finite() && steepest < 1e6;
+    let last = rows[0] + rows[1] + rows[2];
+    let rims = [rows[0], rows[1], rows[2], last].map(|row| UNIT_RIM + rim * row.length());
+    let is_sound = rims.iter().all(|rim| *rim < WIDEST_RIM);
     is_sound.then(|| Straight {
         origin: origin.as_vec3().to_array(),
         rows: rows.map(|row| row.as_vec3().to_array()),
         values: [a, b - a, c - a, d - a],
-        rim: UNIT_RIM + RIM * narrow(steepest),
+        rims: rims.map(narrow),
     })
 }
 
-fn of_solid(kind: Kind, corners: &[DVec3], values: [f32; 8]) -> Bent {
+fn of_solid(placed: &Placed, values: [f32; 8], rim: f64) -> Bent {
+    let (kind, corners) = (placed.kind(), placed.corners());
     let mut own = [DVec3::ZERO; 8];
     own.iter_mut().zip(corners).for_each(|(to, from)| *to = *from - corners[0]);
     let places = kind.polynomial(own);
-    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    let [low, high] = corners.iter().fold(none, |[low, high], p| [low.min(*p), high.max(*p)]);
+    let [low, high] = placed.bounds();
     let about = DVec3::splat(1e-3);
-    let shortest = places[1..4].iter().fold(f64::INFINITY, |least, by| least.min(by.length()));
+    // By how fast r, s and t grow in its middle.
+    let slopes = placed.at(kind.middle()).1.inverse().transpose();
+    let rims = [slopes.x_axis, slopes.y_axis, slopes.z_axis]
+        .map(|row| (UNIT_RIM + rim * row.length()).min(WIDEST_RIM / 10.0));
     Bent {
         origin: corners[0].as_vec3().to_array(),
         kind,
         places: places.map(|by| by.as_vec3().to_array()),
         values: kind.polynomial(values),
         bounds: [(low - about).as_vec3().to_array(), (high + about).as_vec3().to_array()],
-        rim: UNIT_RIM + (RIM / narrow(shortest).max(1e-6)).min(0.1),
+        rims: rims.map(narrow),
     }
 }
 
@@ -462,10 +474,10 @@ impl Straight {
     pub(super) fn unit<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Vec3<S>, Mask<S>) {
         let offset = self.offset(place);
         let unit = self.turned(simd, offset);
-        let rim = all(simd, -self.rim);
+        let [r, s, t, u] = self.rims;
         let last = all(simd, 1.0) - unit.x - unit.y - unit.z;
-        let least = unit.x.min(unit.y).min(unit.z).min(last);
-        (unit, least.simd_ge(rim))
+        let least = (unit.x + r).min(unit.y + s).min(unit.z + t).min(last + u);
+        (unit, least.simd_ge(all(simd, 0.0)))
     }
 
     #[inline(always)]
@@ -487,6 +499,7 @@ impl Straight {
 
     #[inline(always)]
     pub(super) fn value<S: Simd>(&self, simd: S, unit: Vec3<S>) -> Lanes<S> {
+        let unit = clamped(simd, unit);
         let [v, r, s, t] = self.values;
         Vec3::splat(simd, [r, s, t]).dot(unit) + v
     }
@@ -516,6 +529,7 @@ impl Bent {
             [factor(1), factor(2), factor(3), factor(4), factor(5), factor(6), factor(7)];
         let mut unit = start;
         let mut step = all(simd, 1.0);
+        let mut was_far = Mask::splat(simd, false);
         for _ in 0..MOST_STEPS {
             let Vec3 { x: r, y: s, z: t } = unit;
             // What is left of the way, by Horner's rule; and the slopes.
@@ -538,16 +552,33 @@ impl Bent {
                 y: (s + by_s).max(low).min(high),
                 z: (t + by_t).max(low).min(high),
             };
-            step = by_r.abs().max(by_s.abs()).max(by_t.abs());
-            // Places far outside do not settle, and need not.
+            // Where slopes have no inverse nothing was found.
+            let size = by_r.abs().max(by_s.abs()).max(by_t.abs());
+            step = choose(is_sound, size, all(simd, 1.0));
+            // Places that are far outside twice do not settle, and need not.
             let is_far = self.beyond(simd, unit).simd_gt(all(simd, 0.5));
-            if !any(step.simd_gt(all(simd, SHORT)) & !is_far) {
+            if !any(step.simd_gt(all(simd, SHORT)) & !(is_far & was_far)) {
                 break;
             }
+            was_far = is_far;
         }
-        let within = self.beyond(simd, unit).simd_le(all(simd, self.rim))
-            & step.simd_le(all(simd, 30.0 * SHORT));
-        (unit, within)
+        let [r, s, t] = self.rims;
+        let most = r.max(s).max(t);
+        let is_near = self.beyond(simd, unit).simd_le(all(simd, most))
+            & (unit.x + r).min(unit.y + s).min(unit.z + t).simd_ge(all(simd, 0.0));
+        let is_near = match self.kind {
+            // Towards the sides that lean.
+            Kind::Tetrahedron | Kind::Wedge => is_near,
+            Kind::Pyramid | Kind::Hexahedron => {
+                let one = all(simd, 1.0);
+                is_near
+                    & (one - unit.x + r)
+                        .min(one - unit.y + s)
+                        .min(one - unit.z + t)
+                        .simd_ge(all(simd, 0.0))
+            }
+        };
+        (unit, is_near & step.simd_le(all(simd, 30.0 * SHORT)))
     }
 
     /// Depths between which rays are in its box, by 1 over their directions.
@@ -585,12 +616,24 @@ impl Bent {
     }
 
     #[inline(always)]
-    pub(super) fn value<S: Simd>(&self, simd: S, Vec3 { x: r, y: s, z: t }: Vec3<S>) -> Lanes<S> {
+    pub(super) fn value<S: Simd>(&self, simd: S, unit: Vec3<S>) -> Lanes<S> {
+        let Vec3 { x: r, y: s, z: t } = clamped(simd, unit);
         let [v, vr, vs, vt, vrs, vst, vrt, vrst] = self.values;
         let at = |x: f32| all(simd, x);
         let along_t = r.mul_add(s.mul_add(at(vrst), at(vrt)), s.mul_add(at(vst), at(vt)));
         let along_s = r.mul_add(at(vrs), at(vs));
         t.mul_add(along_t, s.mul_add(along_s, r.mul_add(at(vr), at(v))))
+    }
+}
+
+/// Between 0 and 1.
+#[inline(always)]
+fn clamped<S: Simd>(simd: S, unit: Vec3<S>) -> Vec3<S> {
+    let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+    Vec3 {
+        x: unit.x.max(zero).min(one),
+        y: unit.y.max(zero).min(one),
+        z: unit.z.max(zero).min(one),
     }
 }
 

@@ -116,7 +116,7 @@ impl Cells {
         self.find(place).map(|(solid, unit)| self.field.value(solid, unit))
     }
 
-    /// The value at a place, of the cell that some other place is in: beyond its faces as its shape functions go on.
+    /// The value at a place of one cell; `None` beyond its faces.
     pub(super) fn value_in(&self, solid: usize, place: DVec3) -> Option<f64> {
         self.placed(solid).unit_from(place).map(|unit| self.field.value(solid, unit))
     }

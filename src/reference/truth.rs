@@ -464,19 +464,22 @@ fn along_cells(
             continue;
         };
         let value = |t: f64| cells.value_in(solid, line.at(t)).unwrap_or(f64::NAN);
+        // From within, where no rounding leaves the cell.
+        let (mut low, mut high) = (a, b);
+        if value(a).is_nan() || value(b).is_nan() {
+            let inset = 1e-3 * (b - a);
+            (low, high) = (a + inset, b - inset);
+        }
         match cells.degree(solid) {
             Some(degree) => {
-                // From within, where no rounding leaves the cell.
-                let (mut low, mut high) = (a, b);
-                if value(a).is_nan() || value(b).is_nan() {
-                    let inset = 1e-3 * (b - a);
-                    (low, high) = (a + inset, b - inset);
-                }
                 let ends = [value(low), value(high)];
                 let at = |t: f64| ends[0] + (ends[1] - ends[0]) * (t - low) / (high - low);
                 shine(&Piece::through(a, b, degree, at), classes, ray, light);
             }
-            None => smooth(a, b, &value, classes, ray, light, 10),
+            None => {
+                let inside = |t: f64| value(t.clamp(low, high));
+                smooth(a, b, &inside, classes, ray, light, 10);
+            }
         }
     }
 }

@@ -54,8 +54,9 @@ pub fn encode_field(
     ticket: &Ticket,
     told: impl FnMut(Step) -> ControlFlow<()>,
 ) -> Result<Encoded, FieldError> {
-    let lattice = grid.lattice_of(field);
-    let needed = (lattice.len() as u64).saturating_mul(BYTES_A_SAMPLE);
+    let lattice = grid.lattice_of_functions(field);
+    let count = field.samples.len() / field.components;
+    let needed = (count as u64).saturating_mul(BYTES_A_SAMPLE);
     memory::require("fitting functions to the samples", needed, memory::free_bytes())?;
     let samples = grid.samples_of(field, component, ticket)?;
     let places = grid.places(field.association);

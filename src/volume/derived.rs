@@ -104,7 +104,13 @@ fn on_cells(
     };
     let vector = |i: usize| DVec3::from_array([0, 1, 2].map(|c| field.samples.get(3 * i + c)));
     let values: Vec<f64> = match on {
-        On::Points => (0..count).map(|i| of_gradient(component, vector(i), jacobian(i))).collect(),
+        // Nothing grows where nothing is known.
+        On::Points => (0..count)
+            .map(|i| match vector(i) {
+                vector if vector.is_finite() => of_gradient(component, vector, jacobian(i)),
+                _ => f64::NAN,
+            })
+            .collect(),
         On::Cells => {
             let mut sums = vec![(DMat3::ZERO, 0.0); count];
             for (solid, cell) in cells.solids().iter().zip(cells.sources()) {

@@ -142,9 +142,16 @@ fn of_cells(
     let options = OpenOptions { memory_limit_bytes: Some(free_bytes), ..OpenOptions::default() };
     let opened = super::read(path, &options, ticket)?;
     let Shape::Unstructured(cells) = &opened.grid.shape else { return Ok(None) };
-    let positions = cells.points().iter().map(|point| point.as_vec3()).collect();
-    let none = (Vec::new(), Vec::new());
-    let mesh = Mesh::new(name, positions, none.0, none.1, cells.triangles()).map_err(no_mesh)?;
+    let triangles = cells.triangles();
+    // Points that no triangle has may lie anywhere.
+    let mut is_used = vec![false; cells.points().len()];
+    triangles.iter().flatten().for_each(|point| is_used[*point as usize] = true);
+    let place = |(point, is_used): (&glam::DVec3, bool)| match is_used {
+        true => point.as_vec3(),
+        false => glam::Vec3::ZERO,
+    };
+    let positions = cells.points().iter().zip(is_used).map(place).collect();
+    let mesh = Mesh::new(name, positions, Vec::new(), Vec::new(), triangles).map_err(no_mesh)?;
     Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings: opened.warnings }))
 }
 

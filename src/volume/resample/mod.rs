@@ -87,6 +87,9 @@ impl Grid {
             return Ok((lattice, values, None));
         }
         if let Some(cells) = self.cells()? {
+            // Numbers, and what is known of each solid.
+            let needed = 8 * values.len() as u64 + 64 * cells.solids().len() as u64;
+            memory::require("the values of the cells", needed, memory::free_bytes())?;
             let own = (0..values.len()).into_par_iter().map(|i| values.get(i)).collect();
             let on = match field.association {
                 Association::Point => On::Points,
@@ -100,6 +103,15 @@ impl Grid {
         let lattice = lattice(&shape, dims);
         let values = samples(&values, &shape, &lattice, ticket)?;
         Ok((lattice, Arc::new(values), None))
+    }
+
+    /// The lattice that functions which are fitted to a field are sampled on: of unstructured cells and points one of cubes
+    /// over them, of other grids their own.
+    pub fn lattice_of_functions(&self, field: &Field) -> Lattice {
+        match &self.shape {
+            Shape::Unstructured(cells) => lattice_of_cells(cells),
+            _ => self.lattice_of(field),
+        }
     }
 
     /// The cells of an unstructured or curvilinear grid; of others `None`.
@@ -123,13 +135,15 @@ impl Grid {
                     let [x, y, z] = dims;
                     return Err(VolumeError::Surface { found: format!("{x} × {y} × {z}") });
                 }
+                let needed = 48 * points.len() as u64;
+                memory::require("the cells of the grid", needed, memory::free_bytes())?;
                 Ok(Some(Arc::new(Cells::of_grid(points, dims))))
             }
         }
     }
 }
 
-/// A lattice of cubes over the box of cells: eight samples a cell, but no fewer than 64³ of them and no more than 256³.
+/// A lattice of cubes over the box of cells: eight samples a cell, but no fewer than about 64³ of them and no more than 256³.
 fn lattice_of_cells(cells: &Cells) -> Lattice {
     let [low, high] = cells.bounds();
     let extent = high - low;
@@ -148,7 +162,11 @@ fn lattice_of_cells(cells: &Cells) -> Lattice {
         clippy::cast_sign_loss,
         reason = "16 million at most"
     )]
-    let dims = extent.to_array().map(|length| ((length / step).ceil() as usize + 1).max(2));
+    let dims = extent.to_array().map(|length| match length / step {
+        // One in the middle of what is thinner than a step.
+        steps if steps < 1.0 => 3,
+        steps => steps.min(1e6).ceil() as usize + 1,
+    });
     let last = DVec3::from(dims.map(|n| (n - 1) as f64));
     // The box in the middle of the samples.
     let origin = low + (extent - last * step) / 2.0;
