@@ -98,7 +98,7 @@ fn light_is_finite_and_alpha_within_0_and_1_however_deep_a_voxel_is() {
     // From nearly clear to opaque: the polynomial's rim is where a depth could turn negative.
     transfer_of(&mut scene).opacity = vec![(0.0, 0.0), (255.0, 1.0)];
     // Basis functions are summed up before they are coloured.
-    for kernel in Kernel::ALL.into_iter().filter(|kernel| *kernel != Kernel::Functions) {
+    for kernel in Kernel::ALL.into_iter().filter(|kernel| kernel.is_of_samples()) {
         scene.splat.kernel = kernel;
         for unit in [1.0, 1e-4, 1e-8, 1e-12, 1e-30] {
             scene.splat.opacity_unit_distance = Some(unit);

@@ -437,7 +437,7 @@ fn shaded_first() -> Vec<Row> {
     let in_sheets = whole.iter().flat_map(|&kernel| [1, 3].map(|count| sheets(count, kernel)));
     rows.extend(either_eye(all(in_sheets.collect())));
     rows.extend(all(vec![turned(SHEETS), published(sheets(3, Kernel::Gaussian))]));
-    let no_lattice = [Kernel::Gouraud, Kernel::Functions];
+    let no_lattice = [Kernel::Gouraud, Kernel::Functions, Kernel::Cells];
     let in_slabs = Kernel::ALL.into_iter().filter(|kernel| !no_lattice.contains(kernel));
     rows.extend(either_eye(all(in_slabs.map(|kernel| with(kernel, SLABS)).collect())));
     for mode in [SLABS, with(Kernel::BSpline, SLABS)] {

@@ -82,7 +82,7 @@ fn every_choice_of_a_mode_reaches_the_engine_and_takes_along_what_contradicts_it
     assert_eq!(mode(&bench).kernel, Kernel::Cubic, "which has a footprint");
 
     // Of a field of samples.
-    for kernel in Kernel::ALL.into_iter().filter(|kernel| *kernel != Kernel::Functions) {
+    for kernel in Kernel::ALL.into_iter().filter(|kernel| kernel.is_of_samples()) {
         let name = voxsplat::app::words::kernel(kernel);
         if mode(&bench).kernel != kernel {
             bench.choose("Kernel", &name);
