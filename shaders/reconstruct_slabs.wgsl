@@ -150,7 +150,8 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                         from_t = slab.ts.x;
                         to_t = slab.ts.y;
                         if SHADED && slab.us.x != NOTHING && u_near == u_far {
-                            g_middle = face(origin + direction * (0.5 * (from_t + to_t))).gradient;
+                            let middle = origin + direction * (0.5 * (from_t + to_t));
+                            g_middle = slabs.table.y * growth_in(cell_at(middle));
                         } else {
                             g_middle = select(select(g_middle, g_near, u_far == NOTHING), g_far, u_near == NOTHING);
                         }

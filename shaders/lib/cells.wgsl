@@ -167,57 +167,53 @@ struct Trimmed {
     us: vec2<f32>,
 }
 
-fn cell_value(position: vec3<f32>) -> f32 {
-    let stored = value_in(cell_at(position));
-    return select(slabs.table.x + slabs.table.y * stored, NOTHING, stored == NOTHING);
-}
-
-// The last place with a value on the way from one that has it to one that has none, and that value.
-fn border_between(origin: vec3<f32>, direction: vec3<f32>, has: vec2<f32>, hasnt: f32) -> vec2<f32> {
-    var inside = has;
-    var outside = hasnt;
-    for (var i = 0u; i < BORDER_STEPS; i++) {
-        let middle = 0.5 * (inside.x + outside);
-        let u = cell_value(origin + direction * middle);
-        if u == NOTHING {
-            outside = middle;
-        } else {
-            inside = vec2<f32>(middle, u);
-        }
-    }
-    return inside;
-}
-
-// A slab by its faces' depths and values, of which one lies outside all cells, or both.
+// A slab by its faces' depths and values, of which one lies outside all cells, or both. One loop, so that a compiler
+// holds the search for a cell once: first places between two faces outside are looked at, as a thin part of the cells may
+// lie there; then what is left on either side is halved in turns.
 fn trimmed(origin: vec3<f32>, direction: vec3<f32>, slab: Trimmed) -> Trimmed {
-    var found = slab;
-    if found.us.x == NOTHING && found.us.y == NOTHING {
-        // A thin part of the cells may lie in it.
-        var first = vec2<f32>(NOTHING);
-        var last = vec2<f32>(NOTHING);
-        for (var i = 1u; i <= PLACES_BETWEEN; i++) {
-            let t = mix(slab.ts.x, slab.ts.y, f32(i) / f32(PLACES_BETWEEN + 1u));
-            let u = cell_value(origin + direction * t);
-            if u != NOTHING {
-                last = vec2<f32>(t, u);
-                first = select(first, last, first.y == NOTHING);
+    // The first and the last place that lies inside, and the values there.
+    var ts = slab.ts;
+    var us = slab.us;
+    let are_outside = slab.us == vec2<f32>(NOTHING);
+    let looks = select(0u, PLACES_BETWEEN, all(are_outside));
+    if are_outside.x && looks == 0u {
+        ts.x = slab.ts.y;
+        us.x = slab.us.y;
+    }
+    if are_outside.y && looks == 0u {
+        ts.y = slab.ts.x;
+        us.y = slab.us.x;
+    }
+    // The places nearest to them that are known to lie outside.
+    var outside = slab.ts;
+    for (var i = 0u; i < looks + 2u * BORDER_STEPS; i++) {
+        let is_look = i < looks;
+        let is_far = ((i - looks) & 1u) == 1u;
+        if !is_look && (us.x == NOTHING || !select(are_outside.x, are_outside.y, is_far)) {
+            continue;
+        }
+        let between = select(0.5 * (ts.x + outside.x), 0.5 * (ts.y + outside.y), is_far);
+        let at = mix(slab.ts.x, slab.ts.y, f32(i + 1u) / f32(PLACES_BETWEEN + 1u));
+        let t = select(between, at, is_look);
+        let stored = value_in(cell_at(origin + direction * t));
+        if stored == NOTHING {
+            if !is_look && is_far {
+                outside.y = t;
+            } else if !is_look {
+                outside.x = t;
             }
+            continue;
         }
-        if first.y == NOTHING {
-            return found;
+        let u = slabs.table.x + slabs.table.y * stored;
+        let is_first = select(!is_far, us.x == NOTHING, is_look);
+        if is_first {
+            ts.x = t;
+            us.x = u;
         }
-        let near = border_between(origin, direction, first, slab.ts.x);
-        let far = border_between(origin, direction, last, slab.ts.y);
-        return Trimmed(vec2<f32>(near.x, far.x), vec2<f32>(near.y, far.y));
+        if is_look || is_far {
+            ts.y = t;
+            us.y = u;
+        }
     }
-    if found.us.x == NOTHING {
-        let near = border_between(origin, direction, vec2<f32>(slab.ts.y, slab.us.y), slab.ts.x);
-        found.ts.x = near.x;
-        found.us.x = near.y;
-    } else if found.us.y == NOTHING {
-        let far = border_between(origin, direction, vec2<f32>(slab.ts.x, slab.us.x), slab.ts.y);
-        found.ts.y = far.x;
-        found.us.y = far.y;
-    }
-    return found;
+    return Trimmed(ts, us);
 }
