@@ -74,15 +74,20 @@ impl CellField {
         self.at_corners(solid).iter().zip(weights).map(|(value, weight)| value * weight).sum()
     }
 
+    /// Least and greatest number in a solid: those of its corners, as shape functions are not negative.
+    pub fn range_in(&self, solid: usize) -> [f64; 2] {
+        let count = self.cells.solids()[solid].corners().len();
+        let own = &self.at_corners(solid)[..count];
+        own.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)])
+    }
+
     /// Least and greatest number of the solids that are there; `None` where none is.
     pub fn range(&self) -> Option<[f64; 2]> {
         let none = || [f64::INFINITY, f64::NEG_INFINITY];
         let wider = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.min(c), b.max(d)];
-        let of = |solid: usize| {
-            let count = self.cells.solids()[solid].corners().len();
-            let own = self.at_corners(solid);
-            let own = own[..count].iter().fold(none(), |[a, b], v| [a.min(*v), b.max(*v)]);
-            if self.is_there(solid) { own } else { none() }
+        let of = |solid: usize| match self.is_there(solid) {
+            true => self.range_in(solid),
+            false => none(),
         };
         let all = (0..self.cells.solids().len()).into_par_iter().map(of).reduce(none, wider);
         (all[0] <= all[1]).then_some(all)

@@ -17,7 +17,7 @@ use glam::DVec3;
 
 pub use field::{CellField, On};
 pub use listed::Listed;
-pub use solid::{Kind, Placed, Solid};
+pub use solid::{Kind, Placed, Rim, Solid};
 pub use surface::Face;
 
 /// Cells that cannot be: what was expected, and what was found.
@@ -166,17 +166,7 @@ impl Cells {
             let at = ((z * ny + y) * nx + x) as u32;
             at
         };
-        let mut solids = Vec::with_capacity((nx - 1) * (ny - 1) * (nz - 1));
-        for z in 0..nz - 1 {
-            for y in 0..ny - 1 {
-                for x in 0..nx - 1 {
-                    let ring =
-                        |z| [at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z)];
-                    let ([a, b, c, d], [e, f, g, h]) = (ring(z), ring(z + 1));
-                    solids.push(Solid::new(Kind::Hexahedron, [a, b, c, d, e, f, g, h]));
-                }
-            }
-        }
+        let solids = Solid::hexahedra([nx, ny, nz], at);
         let count = solids.len();
         #[expect(clippy::cast_possible_truncation, reason = "grids have fewer than 2^32 cells")]
         let sources = (0..count as u32).collect();

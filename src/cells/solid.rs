@@ -154,6 +154,26 @@ impl Solid {
         Self { kind, corners }
     }
 
+    /// The hexahedra between so many points along x, y and z, of the numbers that `at` gives these.
+    pub(super) fn hexahedra(
+        [nx, ny, nz]: [usize; 3],
+        at: impl Fn(usize, usize, usize) -> u32,
+    ) -> Vec<Self> {
+        let cubes = |n: usize| n.saturating_sub(1);
+        let mut found = Vec::with_capacity(cubes(nx) * cubes(ny) * cubes(nz));
+        for z in 0..cubes(nz) {
+            for y in 0..cubes(ny) {
+                for x in 0..cubes(nx) {
+                    let ring =
+                        |z| [at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z)];
+                    let ([a, b, c, d], [e, f, g, h]) = (ring(z), ring(z + 1));
+                    found.push(Self::new(Kind::Hexahedron, [a, b, c, d, e, f, g, h]));
+                }
+            }
+        }
+        found
+    }
+
     /// Of the first of a list; there are enough.
     pub(super) fn of(kind: Kind, list: &[u32]) -> Self {
         let mut corners = [0; 8];
@@ -191,6 +211,35 @@ const MOST_STEPS: usize = 30;
 /// Solids of less volume than this share of the cube of their diagonal are flat.
 const FLAT: f64 = 1e-12;
 
+/// How far outside a solid a place still counts as inside, in single precision, in the index space of a lattice: no seam
+/// opens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rim {
+    /// Samples.
+    samples: f64,
+}
+
+impl Rim {
+    /// Solids so thin that the rim is greater than this part of them are nothing that single precision can tell.
+    pub const WIDEST: f64 = 0.5;
+    /// Samples, at least: of lattices of 128 along an axis; of longer ones two units in the last place of the last sample.
+    const LEAST: f64 = 3e-5;
+    const A_SAMPLE: f64 = 2.4e-7;
+    /// In units of the solid.
+    const OF_UNIT: f64 = 2e-5;
+
+    /// In the index space of a lattice of `dims` samples.
+    pub fn of(dims: [usize; 3]) -> Self {
+        let longest = dims.into_iter().max().unwrap_or(1) as f64;
+        Self { samples: Self::LEAST.max(Self::A_SAMPLE * longest) }
+    }
+
+    /// In units of a solid, along a coordinate that grows so fast.
+    pub fn along(self, row: DVec3) -> f64 {
+        Self::OF_UNIT + self.samples * row.length()
+    }
+}
+
 /// A solid's corners in a space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placed {
@@ -224,6 +273,17 @@ impl Placed {
     /// Places of its corners.
     pub fn corners(&self) -> &[DVec3] {
         &self.corners[..self.kind.points()]
+    }
+
+    /// What its places are made of, from its first corner: see [`Kind::polynomial`].
+    pub fn factors(&self) -> [DVec3; 8] {
+        self.factors
+    }
+
+    /// What r, s and t grow by per unit of the space, in its middle; of a tetrahedron everywhere.
+    pub fn rows(&self) -> [DVec3; 3] {
+        let rows = self.at(self.kind.middle()).1.inverse().transpose();
+        [rows.x_axis, rows.y_axis, rows.z_axis]
     }
 
     /// Least and greatest coordinates: no place of it lies beyond its corners.

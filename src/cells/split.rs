@@ -230,22 +230,8 @@ impl<'a> Split<'a> {
             [[c[16], y0, c[17]], [x0, middle, x1], [c[19], y1, c[18]]],
             [[c[4], c[12], c[5]], [c[15], z1, c[13]], [c[7], c[14], c[6]]],
         ];
-        self.hexahedra(3, |x, y, z| lattice[z][y][x]);
+        self.solids.extend(Solid::hexahedra([3; 3], |x, y, z| lattice[z][y][x]));
         true
-    }
-
-    /// The hexahedra between so many points along each axis.
-    fn hexahedra(&mut self, points: usize, at: impl Fn(usize, usize, usize) -> u32) {
-        for z in 0..points - 1 {
-            for y in 0..points - 1 {
-                for x in 0..points - 1 {
-                    let ring =
-                        |z| [at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z)];
-                    let ([a, b, c, d], [e, f, g, h]) = (ring(z), ring(z + 1));
-                    self.solids.push(Solid::new(Kind::Hexahedron, [a, b, c, d, e, f, g, h]));
-                }
-            }
-        }
     }
 
     /// Eight wedges: two layers of four.
@@ -350,9 +336,8 @@ impl<'a> Split<'a> {
 
     /// Hexahedra between all of its points, which VTK orders by corners, edges, faces and the inside.
     fn lagrange_hexahedron(&mut self, corners: &[u32], order: usize) {
-        let number = |x: usize, y: usize, z: usize| lagrange_number([x, y, z], order);
-        let own: Vec<u32> = corners.to_vec();
-        self.hexahedra(order + 1, |x, y, z| own[number(x, y, z)]);
+        let at = |x, y, z| corners[lagrange_number([x, y, z], order)];
+        self.solids.extend(Solid::hexahedra([order + 1; 3], at));
     }
 }
 

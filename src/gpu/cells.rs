@@ -1,28 +1,19 @@
 //! Cells as words on the device, in the place of a field's coefficients (`shaders/lib/cells.wgsl`).
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::GpuError;
-use crate::cells::{CellField, Kind, Listed};
+use crate::cells::{CellField, Kind, Listed, Rim};
 use crate::core::Ticket;
-use crate::hierarchy::EMPTY_BRICK;
 use crate::kernel::Bounds;
 use crate::volume::Lattice;
 
 /// Words before the lists: where the lists begin, and what points' values grow by; boxes along each axis, and the edge of
 /// one.
 const HEAD: usize = 6;
-/// A place is in a cell up to so far outside it, samples: what single precision leaves of a place; and more where a lattice
-/// is longer than 256 samples.
-const RIM: f64 = 3e-5;
-/// The same for each sample of the longest axis.
-const RIM_A_SAMPLE: f64 = 2.4e-7;
-/// And so far in units of the cell.
-const UNIT_RIM: f64 = 2e-5;
-/// Cells so thin that the rim is greater than this part of them are nothing that single precision can tell.
-const WIDEST_RIM: f64 = 0.5;
-
+/// The rim of a solid without volume: nothing lies so far inside it.
+const NO_PLACE: f64 = -1.0;
 /// Cells as words. Behind the head: where the list of each box begins, and the last ends; the lists, of the words at which
 /// records begin; three numbers a point, what values grow by per index; and the records. Of each: its kind, how far outside
 /// counts as inside, its first corner; of a tetrahedron the three rows that lead from an offset to (r, s, t) and four
@@ -71,46 +62,27 @@ pub(super) fn words(
     words.extend(&listed.starts);
     words.extend(listed.lists.iter().map(|solid| short(ends[*solid as usize])));
     let index = axes.transpose();
-    let longest = lattice.dims.into_iter().max().unwrap_or(1) as f64;
-    let own_rim = RIM.max(RIM_A_SAMPLE * longest);
+    let rim = Rim::of(lattice.dims);
     words.extend(growths.iter().flat_map(|growth| (index * *growth).to_array().map(bits)));
     for (i, solid) in cells.solids().iter().enumerate() {
         if i.is_multiple_of(1 << 12) && ticket.is_cancelled() {
             return Err(GpuError::Cancelled);
         }
         let placed = solid.placed(&listed.points);
-        let mut corners = [DVec3::ZERO; 8];
-        for (to, from) in corners.iter_mut().zip(placed.corners()) {
-            *to = *from - placed.corners()[0];
-        }
-        let values = field.at_corners(i).map(|value| value - bias);
-        let (places, values) = (solid.kind().polynomial(corners), solid.kind().polynomial(values));
-        let first = placed.corners()[0];
-        if solid.kind() == Kind::Tetrahedron {
-            let slopes = DMat3::from_cols(places[1], places[2], places[3]);
-            let rows = slopes.inverse().transpose();
-            let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
-            let steepest = rows.iter().fold(0.0_f64, |most, row| most.max(row.length()));
-            // Without volume it holds no place: nothing lies so far inside it.
-            let rim = UNIT_RIM + own_rim * steepest;
-            let is_sound = rim < WIDEST_RIM;
-            let rim = if is_sound { rim } else { -1.0 };
-            let rows = if is_sound { rows } else { [DVec3::ZERO; 3] };
-            words.extend([solid.kind() as u32, bits(rim)]);
-            words.extend(first.to_array().map(bits));
-            words.extend(rows.into_iter().flat_map(|row| row.to_array().map(bits)));
-            words.extend(values[..4].iter().map(|value| bits(*value)));
-        } else {
-            let steepest = placed.at(solid.kind().middle()).1.inverse().transpose();
-            let rows = [steepest.x_axis, steepest.y_axis, steepest.z_axis];
-            let steepest = rows.iter().fold(0.0_f64, |most, row| most.max(row.length()));
-            let rim = (UNIT_RIM + own_rim * steepest).min(WIDEST_RIM / 10.0);
-            let rim = if placed.is_flat() { -1.0 } else { rim };
-            words.extend([solid.kind() as u32, bits(rim)]);
-            words.extend(first.to_array().map(bits));
-            words.extend(places[1..].iter().flat_map(|by| by.to_array().map(bits)));
-            words.extend(values.map(bits));
-        }
+        let values = solid.kind().polynomial(field.at_corners(i).map(|value| value - bias));
+        let rows = placed.rows();
+        let widest = rows.iter().fold(0.0_f64, |most, row| most.max(rim.along(*row)));
+        let (rim, factors) = match solid.kind() {
+            Kind::Tetrahedron if widest < Rim::WIDEST => (widest, &rows[..]),
+            Kind::Tetrahedron => (NO_PLACE, &[DVec3::ZERO; 3][..]),
+            _ if placed.is_flat() => (NO_PLACE, &placed.factors()[1..]),
+            _ => (widest.min(Rim::WIDEST / 10.0), &placed.factors()[1..]),
+        };
+        words.extend([solid.kind() as u32, bits(rim)]);
+        words.extend(placed.corners()[0].to_array().map(bits));
+        words.extend(factors.iter().flat_map(|by| by.to_array().map(bits)));
+        let count = if solid.kind() == Kind::Tetrahedron { 4 } else { 8 };
+        words.extend(values[..count].iter().map(|value| bits(*value)));
         words.extend(solid.corners());
     }
     Ok((words, listed))
@@ -135,36 +107,11 @@ pub(super) fn bound(
     (bias, beyond): (f64, f64),
     nothing: f32,
 ) {
-    bounds.ranges.fill([f32::INFINITY, f32::NEG_INFINITY]);
-    let [nx, ny, nz] = bounds.dims;
-    for (i, solid) in field.cells().solids().iter().enumerate().filter(|(i, _)| field.is_there(*i))
-    {
-        let own = &field.at_corners(i)[..solid.corners().len()];
-        let least = own.iter().fold(f64::INFINITY, |a, b| a.min(*b)) - bias;
-        let most = own.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)) - bias;
-        #[expect(clippy::cast_possible_truncation, reason = "rounded outwards")]
-        let [least, most] = [(least as f32).next_down(), (most as f32).next_up()];
-        let [low, high] = solid.placed(&listed.points).bounds();
-        let brick = |place: f64, n: usize| {
-            let at = ((place + 0.5) / EMPTY_BRICK as f64).floor();
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let at = at.clamp(0.0, (n - 1) as f64) as usize;
-            at
-        };
-        // A little more, as faces are found a rim beyond.
-        let beyond = beyond + 1e-3;
-        let span =
-            |axis: usize, n: usize| brick(low[axis] - beyond, n)..=brick(high[axis] + beyond, n);
-        for z in span(2, nz) {
-            for y in span(1, ny) {
-                for x in span(0, nx) {
-                    let range = &mut bounds.ranges[(z * ny + y) * nx + x];
-                    *range = [range[0].min(least), range[1].max(most)];
-                }
-            }
-        }
-    }
-    for range in bounds.ranges.iter_mut().filter(|range| range[0] > range[1]) {
-        *range = [nothing; 2];
-    }
+    let solids = field.cells().solids();
+    let boxes = (0..solids.len()).filter(|i| field.is_there(*i)).map(|i| {
+        let [least, most] = field.range_in(i);
+        (solids[i].placed(&listed.points).bounds(), [least - bias, most - bias])
+    });
+    // A little more, as faces are found a rim beyond. Brick b has the places 4b − 1/2 to 4b + 7/2.
+    bounds.set_to_boxes(boxes, (-0.5, beyond + 1e-3), nothing);
 }

@@ -1,5 +1,6 @@
 //! Bounds of a reconstructed field, brick by brick: where nothing can show, no ray asks.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::core::{Cancelled, Ticket};
@@ -105,6 +106,46 @@ impl Bounds {
         });
         ticket.checkpoint(1, 1)?;
         Ok(Self { dims: bricks, ranges })
+    }
+
+    /// Puts in their place those of boxes, each with its least and greatest value: brick b has what lies within `beyond` of
+    /// the places from 4b + `first` to 4b + 4 + `first`. Where no box is there is `nothing`.
+    pub fn set_to_boxes(
+        &mut self,
+        boxes: impl Iterator<Item = ([DVec3; 2], [f64; 2])>,
+        (first, beyond): (f64, f64),
+        nothing: f32,
+    ) {
+        self.ranges.fill([f32::INFINITY, f32::NEG_INFINITY]);
+        let dims = self.dims;
+        for ([low, high], [least, most]) in boxes {
+            #[expect(clippy::cast_possible_truncation, reason = "rounded outwards")]
+            let [least, most] = [(least as f32).next_down(), (most as f32).next_up()];
+            let brick = |place: f64, n: usize| {
+                let at = ((place - first) / BOUND_BRICK as f64).floor();
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "clamped"
+                )]
+                let at = at.clamp(0.0, (n - 1) as f64) as usize;
+                at
+            };
+            let span = |axis: usize| {
+                brick(low[axis] - beyond, dims[axis])..=brick(high[axis] + beyond, dims[axis])
+            };
+            for z in span(2) {
+                for y in span(1) {
+                    for x in span(0) {
+                        let range = &mut self.ranges[(z * dims[1] + y) * dims[0] + x];
+                        *range = [range[0].min(least), range[1].max(most)];
+                    }
+                }
+            }
+        }
+        for range in self.ranges.iter_mut().filter(|range| range[0] > range[1]) {
+            *range = [nothing; 2];
+        }
     }
 
     /// Bytes of memory.

@@ -6,6 +6,8 @@
 //! since a face lies in one cell (the first, where several overlap). A slab with a face outside all cells reaches from where it
 //! enters them to where it leaves them: the outer faces say where.
 
+use std::ops::RangeInclusive;
+
 use fearless_simd::{Simd, prelude::*};
 
 use super::landed::{Entry, Landed};
@@ -15,11 +17,8 @@ use super::own::Found;
 use super::rays::{Packet, Rays, TILE};
 use super::solids::{Bent, Outer, Solid, Solids, Straight, cross};
 use super::sums::Asked;
+use super::window::{FACES, Window};
 
-/// Faces that are looked at together.
-const FACES: usize = 32;
-/// What is left of a slab is whole within this part of it.
-const WHOLE: f32 = 1e-3;
 /// A face reaches so far beyond its sides, in units of them: no ray slips between two.
 const SIDE_RIM: f32 = 1e-4;
 /// Steps of Newton's method to where a ray passes a face of four corners.
@@ -33,17 +32,13 @@ pub(super) struct AlongSolids<'a, S: Simd> {
     outer: &'a [Entry],
     /// The block of the tile that the rays are of, as a bit.
     block: u8,
-    asked: Asked,
-    step: f32,
+    window: Window,
     values: [Lanes<S>; FACES],
     /// Growths, where the light asks for them.
     growths: Option<Box<[Vec3<S>; FACES]>>,
     /// In the slab behind each face, the nearest and the farthest place where the ray passes the cells' border, and the
     /// values there.
     borders: [[Lanes<S>; 4]; FACES],
-    /// The number of the first that is there, and how many are.
-    first: i32,
-    count: i32,
 }
 
 impl<'a, S: Simd> AlongSolids<'a, S> {
@@ -61,13 +56,10 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             list: solids.on(rays, corner),
             outer: outer.on(rays, corner),
             block: 1 << block,
-            asked,
-            step: rays.step,
+            window: Window::new(asked, rays.step),
             values: [all(simd, NOTHING); FACES],
             growths: is_lit.then(|| Box::new([Vec3::splat(simd, [0.0; 3]); FACES])),
             borders: [[all(simd, 0.0); 4]; FACES],
-            first: 0,
-            count: 0,
         }
     }
 
@@ -79,32 +71,26 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         &mut self,
         simd: S,
         packet: &Packet<S>,
-        (k, way, last): (i32, i32, i32),
+        which: (i32, i32, i32),
         t: Lanes<S>,
     ) -> Found<S> {
-        if !(0..self.count).contains(&(k - self.first)) {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "32")]
-            let count = ((last - k) * way + 1).clamp(1, FACES as i32);
-            self.first = if way < 0 { k - count + 1 } else { k };
-            self.count = count;
+        if self.window.is_moved_to(which) {
             self.fill(simd, packet);
         }
-        #[expect(clippy::cast_sign_loss, reason = "looked at above")]
-        let i = (k - self.first) as usize;
+        let (k, ..) = which;
+        let i = self.window.index(k);
         let mut found = Found {
             value: self.values[i],
             growth: self.growths.as_ref().map(|growths| growths[i]),
             border: self.borders[i],
         };
-        let shift = if self.asked == Asked::Middles { 0.5 } else { 0.0 };
-        let off = (t - (k as f32 + shift) * self.step).abs();
-        let is_elsewhere = off.simd_gt(all(simd, WHOLE * self.step)) & packet.is_there;
+        let is_elsewhere = self.window.is_elsewhere(simd, packet, k, t);
         if any(is_elsewhere) {
             let place = packet.at(t);
             found.value = choose(is_elsewhere, self.cells.value(simd, place), found.value);
             if let Some(growth) = &mut found.growth {
                 let own = self.cells.gradient(simd, place);
-                *growth = chosen(is_elsewhere, own, *growth);
+                *growth = Vec3::choose(is_elsewhere, own, *growth);
             }
         }
         found
@@ -121,15 +107,13 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
 
     #[inline(always)]
     fn look(&mut self, simd: S, packet: &Packet<S>) {
-        #[expect(clippy::cast_sign_loss, reason = "1..=32")]
-        let count = self.count as usize;
+        let (count, step) = (self.window.len(), self.window.step);
         for i in 0..count {
             self.values[i] = all(simd, NOTHING);
             self.borders[i] = [all(simd, FAR), all(simd, -FAR), all(simd, 0.0), all(simd, 0.0)];
         }
-        let shift = if self.asked == Asked::Middles { 0.5 } else { 0.0 };
-        let first = self.first as f32 + shift;
-        let depths = [first * self.step, (first + (count - 1) as f32) * self.step];
+        let first = self.window.begin();
+        let depths = [first * step, (first + (count - 1) as f32) * step];
         let cells = self.cells;
         // Rays along a plane are inside a box's or they are not: no infinities are needed.
         let tiny = all(simd, 1e-20);
@@ -155,14 +139,47 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
                 Solid::Nothing => {}
             }
         }
-        if self.asked == Asked::Faces {
-            let depths = [depths[0], depths[1] + self.step];
+        if self.window.asked == Asked::Faces {
+            let depths = [depths[0], depths[1] + step];
             for entry in self.outer {
                 let is_apart = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
                 if entry.blocks & self.block != 0 && !is_apart {
                     self.add_border(simd, packet, (&cells.outer[entry.number as usize], entry));
                 }
             }
+        }
+    }
+
+    /// The faces of the window that lie between two places of any ray that is met, counted from its first.
+    #[inline(always)]
+    fn faces_within(
+        &self,
+        simd: S,
+        is_met: Mask<S>,
+        [enter, leave]: [Lanes<S>; 2],
+    ) -> Option<RangeInclusive<usize>> {
+        let far = all(simd, 1e9);
+        let low = choose(is_met, enter, far).reduce_min().ceil().max(0.0);
+        let high = choose(is_met, leave, -far).reduce_max().floor();
+        let high = high.min((self.window.len() - 1) as f32);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
+        let faces = (low <= high).then_some(low as usize..=high as usize);
+        faces
+    }
+
+    /// Puts a value of a solid to the rays whose face `i` lies there, and what it grows by where that is asked for.
+    #[inline(always)]
+    fn put(
+        &mut self,
+        simd: S,
+        i: usize,
+        within: Mask<S>,
+        (value, solid, unit): (Lanes<S>, u32, Vec3<S>),
+    ) {
+        self.values[i] = choose(within, value, self.values[i]);
+        if let Some(growths) = &mut self.growths {
+            let growth = self.cells.growth_in(simd, self.cells.growths(), solid, unit);
+            growths[i] = Vec3::choose(within, growth, growths[i]);
         }
     }
 
@@ -200,32 +217,19 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         if !any(is_met) {
             return;
         }
-        let scale = 1.0 / self.step;
+        let scale = 1.0 / self.window.step;
         // In faces from the first one.
         let enter = (enter + begin) * scale - first;
         let leave = (leave + begin) * scale - first;
-        let far = all(simd, 1e9);
-        let low = choose(is_met, enter, far).reduce_min().ceil().max(0.0);
-        let high = choose(is_met, leave, zero - far).reduce_max().floor();
-        let high = high.min((self.count - 1) as f32);
-        if low > high {
-            return;
-        }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
-        let (low, high) = (low as usize, high as usize);
+        let Some(faces) = self.faces_within(simd, is_met, [enter, leave]) else { return };
         let nothing = all(simd, NOTHING);
-        for i in low..=high {
+        for i in faces {
             let place = i as f32;
             let within = is_met & enter.simd_le(all(simd, place)) & leave.simd_ge(all(simd, place));
             let within = within & self.values[i].simd_eq(nothing);
-            let t = all(simd, (first + place) * self.step - begin);
+            let t = all(simd, (first + place) * self.window.step - begin);
             let unit = from.at(by, t);
-            self.values[i] = choose(within, own.value(simd, unit), self.values[i]);
-            if let Some(growths) = &mut self.growths {
-                let all_growths = self.cells.growths();
-                let growth = self.cells.growth_in(simd, all_growths, entry.number, unit);
-                growths[i] = chosen(within, growth, growths[i]);
-            }
+            self.put(simd, i, within, (own.value(simd, unit), entry.number, unit));
         }
     }
 
@@ -237,7 +241,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         (own, entry): (&Bent, &Entry),
         first: f32,
     ) {
-        let scale = 1.0 / self.step;
+        let scale = 1.0 / self.window.step;
         let [enter, leave] = own.span(packet, inverse);
         let is_met = packet.is_there & enter.simd_le(leave);
         if !any(is_met) {
@@ -245,18 +249,10 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         }
         // In faces from the first one, and a little more for rounding.
         let (enter, leave) = (enter * scale - (first + 0.01), leave * scale - (first - 0.01));
-        let far = all(simd, 1e9);
-        let low = choose(is_met, enter, far).reduce_min().ceil().max(0.0);
-        let high = choose(is_met, leave, -far).reduce_max().floor();
-        let high = high.min((self.count - 1) as f32);
-        if low > high {
-            return;
-        }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
-        let (low, high) = (low as usize, high as usize);
+        let Some(faces) = self.faces_within(simd, is_met, [enter, leave]) else { return };
         let nothing = all(simd, NOTHING);
         let mut unit = own.middle(simd);
-        for i in low..=high {
+        for i in faces {
             let place = all(simd, i as f32);
             let open = self.values[i].simd_eq(nothing)
                 & is_met
@@ -265,20 +261,15 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             if !any(open) {
                 continue;
             }
-            let place = packet.at(all(simd, (first + i as f32) * self.step));
+            let place = packet.at(all(simd, (first + i as f32) * self.window.step));
             let (found, within) = own.unit(simd, place, unit);
             // Those far outside begin anew.
-            unit = chosen(within, found, own.middle(simd));
+            unit = Vec3::choose(within, found, own.middle(simd));
             let within = within & open;
             if !any(within) {
                 continue;
             }
-            self.values[i] = choose(within, own.value(simd, found), self.values[i]);
-            if let Some(growths) = &mut self.growths {
-                let all_growths = self.cells.growths();
-                let growth = self.cells.growth_in(simd, all_growths, entry.number, found);
-                growths[i] = chosen(within, growth, growths[i]);
-            }
+            self.put(simd, i, within, (own.value(simd, found), entry.number, found));
         }
     }
 
@@ -339,16 +330,9 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let [value, value_u, value_v, value_uv] = own.values;
         let along_v = u.mul_add(all(simd, value_uv), all(simd, value_v));
         let value = v.mul_add(along_v, u.mul_add(all(simd, value_u), all(simd, value)));
-        let slab = (t * (1.0 / self.step)).floor() - self.first as f32;
-        let far = all(simd, 1e9);
-        let low = choose(is_met, slab, far).reduce_min().max(0.0);
-        let high = choose(is_met, slab, -far).reduce_max().min((self.count - 1) as f32);
-        if low > high {
-            return;
-        }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
-        let (low, high) = (low as usize, high as usize);
-        for i in low..=high {
+        let slab = (t * (1.0 / self.window.step)).floor() - self.window.first() as f32;
+        let Some(slabs) = self.faces_within(simd, is_met, [slab; 2]) else { return };
+        for i in slabs {
             let here = is_met & slab.simd_eq(all(simd, i as f32));
             let [nearest, farthest, near_value, far_value] = self.borders[i];
             let is_nearer = here & t.simd_lt(nearest);
@@ -360,14 +344,5 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
                 choose(is_farther, value, far_value),
             ];
         }
-    }
-}
-
-#[inline(always)]
-fn chosen<S: Simd>(mask: Mask<S>, yes: Vec3<S>, no: Vec3<S>) -> Vec3<S> {
-    Vec3 {
-        x: choose(mask, yes.x, no.x),
-        y: choose(mask, yes.y, no.y),
-        z: choose(mask, yes.z, no.z),
     }
 }

@@ -69,6 +69,16 @@ impl<S: Simd> Vec3<S> {
         self.x.mul_add(other.x, self.y.mul_add(other.y, self.z * other.z))
     }
 
+    /// One of two vectors of each ray.
+    #[inline(always)]
+    pub(super) fn choose(mask: Mask<S>, yes: Self, no: Self) -> Self {
+        Self {
+            x: choose(mask, yes.x, no.x),
+            y: choose(mask, yes.y, no.y),
+            z: choose(mask, yes.z, no.z),
+        }
+    }
+
     #[inline(always)]
     pub(super) fn length(self) -> Lanes<S> {
         self.dot(self).sqrt()
@@ -96,11 +106,7 @@ impl<S: Simd> Look<S> {
     #[inline(always)]
     pub(super) fn choose(mask: Mask<S>, yes: Self, no: Self) -> Self {
         Self {
-            colour: Vec3 {
-                x: choose(mask, yes.colour.x, no.colour.x),
-                y: choose(mask, yes.colour.y, no.colour.y),
-                z: choose(mask, yes.colour.z, no.colour.z),
-            },
+            colour: Vec3::choose(mask, yes.colour, no.colour),
             weight: choose(mask, yes.weight, no.weight),
         }
     }

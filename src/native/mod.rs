@@ -48,6 +48,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod walk;
+mod window;
 
 pub use nodes::Node;
 pub use rays::slab_thickness;

@@ -6,7 +6,6 @@ use fearless_simd::{Simd, i32x8, prelude::*};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::bricks::BRICK;
 use super::functions::Left;
 use super::in_order::look;
 use super::landed::{Extent, Landed};
@@ -14,20 +13,13 @@ use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
-use crate::cells::{CellField, Kind, Listed, Placed};
+use crate::cells::{CellField, Kind, Listed, Placed, Rim};
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::Bounds;
 use crate::volume::Lattice;
 
-/// A place is in a cell up to so far outside it, samples: what single precision leaves of a place, and no seam opens; and
-/// more where a lattice is longer than 256 samples.
-const RIM: f64 = 3e-5;
-/// The same for each sample of the longest axis.
-const RIM_A_SAMPLE: f64 = 2.4e-7;
-/// And so far in units of the cell.
-const UNIT_RIM: f64 = 2e-5;
-/// Cells so thin that the rim is greater than this part of them are nothing that single precision can tell.
-const WIDEST_RIM: f64 = 0.5;
+/// Samples about a cell in which it may be found, for its rim.
+const BEYOND: f64 = 1e-3;
 /// Steps of Newton's method, at most; solids that are no parallelepipeds but like one take three.
 const MOST_STEPS: usize = 8;
 /// No more steps follow one as short as this, in units of the cell.
@@ -114,8 +106,7 @@ impl Solids {
         let is_there: Vec<bool> =
             (0..cells.solids().len()).into_par_iter().map(|solid| field.is_there(solid)).collect();
         let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)?;
-        let longest = lattice.dims.into_iter().max().unwrap_or(1) as f64;
-        let rim = RIM.max(RIM_A_SAMPLE * longest);
+        let rim = Rim::of(lattice.dims);
         let (mut straight, mut bent) = (Vec::new(), Vec::new());
         let mut solids = Vec::with_capacity(is_there.len());
         for (i, solid) in cells.solids().iter().enumerate() {
@@ -127,7 +118,7 @@ impl Solids {
             let made = if !is_there[i] || placed.is_flat() {
                 Solid::Nothing
             } else if solid.kind() == Kind::Tetrahedron {
-                match of_tetrahedron(placed.corners(), values, rim) {
+                match of_tetrahedron(&placed, values, rim) {
                     Some(own) => {
                         straight.push(own);
                         Solid::Straight(straight.len() as u32 - 1)
@@ -172,45 +163,15 @@ impl Solids {
     /// Least and greatest value in each of a lattice's bricks, of the cells that reach into it; where there are none nothing
     /// shows.
     pub(super) fn bound(&self, bounds: &mut Bounds, bias: f64) {
-        bounds.ranges.fill([f32::INFINITY, f32::NEG_INFINITY]);
         let cells = self.field.cells();
-        let [nx, ny, nz] = bounds.dims;
-        for (i, solid) in cells.solids().iter().enumerate() {
-            if matches!(self.solids[i], Solid::Nothing) {
-                continue;
-            }
-            let own = &self.field.at_corners(i)[..solid.corners().len()];
-            let least = own.iter().fold(f64::INFINITY, |a, b| a.min(*b)) - bias;
-            let most = own.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)) - bias;
-            let [low, high] = solid.placed(&self.listed.points).bounds();
-            // Brick b has the places 4b − 1 to 4b + 3.
-            let brick = |place: f64, n: usize| {
-                let at = ((place + 1.0) / BRICK as f64).floor();
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "clamped"
-                )]
-                let at = at.clamp(0.0, (n - 1) as f64) as usize;
-                at
-            };
-            // A little more, as faces are found a rim beyond.
-            let span =
-                |axis: usize, n: usize| brick(low[axis] - 1e-3, n)..=brick(high[axis] + 1e-3, n);
-            for z in span(2, nz) {
-                for y in span(1, ny) {
-                    for x in span(0, nx) {
-                        let range = &mut bounds.ranges[(z * ny + y) * nx + x];
-                        range[0] = range[0].min(narrow(least).next_down());
-                        range[1] = range[1].max(narrow(most).next_up());
-                    }
-                }
-            }
-        }
-        // Bricks that no cell reaches are of one value, which is nowhere.
-        for range in bounds.ranges.iter_mut().filter(|range| range[0] > range[1]) {
-            *range = [NOTHING; 2];
-        }
+        let there =
+            (0..cells.solids().len()).filter(|i| !matches!(self.solids[*i], Solid::Nothing));
+        let boxes = there.map(|i| {
+            let [least, most] = self.field.range_in(i);
+            (cells.solids()[i].placed(&self.listed.points).bounds(), [least - bias, most - bias])
+        });
+        // A little more, as faces are found a rim beyond. Brick b has the places 4b − 1 to 4b + 3.
+        bounds.set_to_boxes(boxes, (-1.0, BEYOND), NOTHING);
     }
 
     /// Where the solids land in a picture, and the outer faces.
@@ -367,11 +328,7 @@ impl Solids {
                     #[inline(always)]
                     |solid, within, unit| {
                         let growth = self.growth_in(simd, growths, solid, unit);
-                        found = Vec3 {
-                            x: choose(within, growth.x, found.x),
-                            y: choose(within, growth.y, found.y),
-                            z: choose(within, growth.z, found.z),
-                        };
+                        found = Vec3::choose(within, growth, found);
                     },
                 );
                 found
@@ -405,37 +362,29 @@ fn narrow(v: f64) -> f32 {
 }
 
 /// `None` where it has no volume that single precision can tell.
-fn of_tetrahedron(corners: &[DVec3], [a, b, c, d, ..]: [f32; 8], rim: f64) -> Option<Straight> {
-    let origin = corners[0];
-    let slopes = DMat3::from_cols(corners[1] - origin, corners[2] - origin, corners[3] - origin);
-    let rows = slopes.inverse().transpose();
-    let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
+fn of_tetrahedron(placed: &Placed, [a, b, c, d, ..]: [f32; 8], rim: Rim) -> Option<Straight> {
+    let rows = placed.rows();
     let last = rows[0] + rows[1] + rows[2];
-    let rims = [rows[0], rows[1], rows[2], last].map(|row| UNIT_RIM + rim * row.length());
-    let is_sound = rims.iter().all(|rim| *rim < WIDEST_RIM);
+    let rims = [rows[0], rows[1], rows[2], last].map(|row| rim.along(row));
+    let is_sound = rims.iter().all(|rim| *rim < Rim::WIDEST);
     is_sound.then(|| Straight {
-        origin: origin.as_vec3().to_array(),
+        origin: placed.corners()[0].as_vec3().to_array(),
         rows: rows.map(|row| row.as_vec3().to_array()),
         values: [a, b - a, c - a, d - a],
         rims: rims.map(narrow),
     })
 }
 
-fn of_solid(placed: &Placed, values: [f32; 8], rim: f64) -> Bent {
-    let (kind, corners) = (placed.kind(), placed.corners());
-    let mut own = [DVec3::ZERO; 8];
-    own.iter_mut().zip(corners).for_each(|(to, from)| *to = *from - corners[0]);
-    let places = kind.polynomial(own);
+fn of_solid(placed: &Placed, values: [f32; 8], rim: Rim) -> Bent {
     let [low, high] = placed.bounds();
-    let about = DVec3::splat(1e-3);
+    let about = DVec3::splat(BEYOND);
     // By how fast r, s and t grow in its middle.
-    let slopes = placed.at(kind.middle()).1.inverse().transpose();
-    let rims = [slopes.x_axis, slopes.y_axis, slopes.z_axis]
-        .map(|row| (UNIT_RIM + rim * row.length()).min(WIDEST_RIM / 10.0));
+    let rims = placed.rows().map(|row| rim.along(row).min(Rim::WIDEST / 10.0));
+    let kind = placed.kind();
     Bent {
-        origin: corners[0].as_vec3().to_array(),
+        origin: placed.corners()[0].as_vec3().to_array(),
         kind,
-        places: places.map(|by| by.as_vec3().to_array()),
+        places: placed.factors().map(|by| by.as_vec3().to_array()),
         values: kind.polynomial(values),
         bounds: [(low - about).as_vec3().to_array(), (high + about).as_vec3().to_array()],
         rims: rims.map(narrow),

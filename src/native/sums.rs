@@ -12,16 +12,13 @@ use super::landed::{Entry, Landed};
 use super::lanes::{Lanes, all, any, choose, exponential, logarithm};
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
+use super::window::{FACES, Window};
 use crate::core::Ticket;
 use crate::rbf::{Basis, Function};
 use crate::scene::{Classify, View};
 
-/// Faces that are summed up together.
-const FACES: usize = 32;
 /// Products go from face to face as long as no ray begins so far down a function's flank, as an exponent.
 const STEEPEST: f32 = 20.0;
-/// What is left of a slab is whole within this part of it.
-const WHOLE: f32 = 1e-3;
 
 /// Where the functions land in a picture.
 ///
@@ -69,12 +66,8 @@ impl Asked {
 pub(super) struct Sums<'a, S: Simd> {
     functions: &'a Functions,
     list: &'a [Entry],
-    asked: Asked,
-    step: f32,
+    window: Window,
     values: [Lanes<S>; FACES],
-    /// The number of the first that is there, and how many are.
-    first: i32,
-    count: i32,
 }
 
 /// A function along eight rays, lengths in steps: exp(−(near + a τ²)/2) or its like, as far as `half` on either side.
@@ -98,11 +91,8 @@ impl<'a, S: Simd> Sums<'a, S> {
         Self {
             functions,
             list: landed.on(rays, corner),
-            asked,
-            step: rays.step,
+            window: Window::new(asked, rays.step),
             values: [all(simd, 0.0); FACES],
-            first: 0,
-            count: 0,
         }
     }
 
@@ -114,24 +104,18 @@ impl<'a, S: Simd> Sums<'a, S> {
         &mut self,
         simd: S,
         packet: &Packet<S>,
-        (k, way, last): (i32, i32, i32),
+        which: (i32, i32, i32),
         t: Lanes<S>,
     ) -> Lanes<S> {
-        if !(0..self.count).contains(&(k - self.first)) {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "32")]
-            let count = ((last - k) * way + 1).clamp(1, FACES as i32);
-            self.first = if way < 0 { k - count + 1 } else { k };
-            self.count = count;
+        if self.window.is_moved_to(which) {
             self.fill(simd, packet);
         }
-        #[expect(clippy::cast_sign_loss, reason = "looked at above")]
-        let value = self.values[(k - self.first) as usize];
-        if self.asked == Asked::Means {
+        let (k, ..) = which;
+        let value = self.values[self.window.index(k)];
+        if self.window.asked == Asked::Means {
             return value;
         }
-        let shift = if self.asked == Asked::Middles { 0.5 } else { 0.0 };
-        let off = (t - (k as f32 + shift) * self.step).abs();
-        let is_elsewhere = off.simd_gt(all(simd, WHOLE * self.step)) & packet.is_there;
+        let is_elsewhere = self.window.is_elsewhere(simd, packet, k, t);
         if !any(is_elsewhere) {
             return value;
         }
@@ -164,11 +148,11 @@ impl<'a, S: Simd> Sums<'a, S> {
         if !any(is_met) {
             return None;
         }
-        let half = ((reach - near).max(all(simd, 0.0)) / a).sqrt() * (1.0 / self.step);
+        let half = ((reach - near).max(all(simd, 0.0)) / a).sqrt() * (1.0 / self.window.step);
         // What a ray does not meet reaches nowhere.
         let half = choose(is_met, half, all(simd, -1.0));
-        let middle = (t + begin) * (1.0 / self.step);
-        let a = a * (self.step * self.step);
+        let middle = (t + begin) * (1.0 / self.window.step);
+        let a = a * (self.window.step * self.window.step);
         Some(Along { weight: function.weight, middle, half, near, a })
     }
 
@@ -183,16 +167,15 @@ impl<'a, S: Simd> Sums<'a, S> {
 
     #[inline(always)]
     fn sum_up(&mut self, simd: S, packet: &Packet<S>) {
-        #[expect(clippy::cast_sign_loss, reason = "1..=32")]
-        let count = self.count as usize;
+        let (count, step) = (self.window.len(), self.window.step);
         for value in &mut self.values[..count] {
             *value = all(simd, 0.0);
         }
-        let shift = if self.asked == Asked::Middles { 0.5 } else { 0.0 };
-        let first = self.first as f32 + shift;
+        let first = self.window.begin();
+        let of_means = self.window.asked == Asked::Means;
         // Of means, from the first face to the last.
-        let beyond = if self.asked == Asked::Means { 0.0 } else { 1.0 };
-        let depths = [first * self.step, (first + (count as f32 - beyond)) * self.step];
+        let beyond = if of_means { 0.0 } else { 1.0 };
+        let depths = [first * step, (first + (count as f32 - beyond)) * step];
         let is_gaussian = self.functions.basis() != Basis::Multiquadric;
         let list = self.list;
         for entry in list {
@@ -203,26 +186,37 @@ impl<'a, S: Simd> Sums<'a, S> {
             let far = all(simd, 1e9);
             let low = choose(is_met, middle - along.half, far).reduce_min();
             let high = choose(is_met, middle + along.half, -far).reduce_max();
-            let low = if self.asked == Asked::Means { low.floor() } else { low.ceil() };
+            let low = if of_means { low.floor() } else { low.ceil() };
             let (low, high) = (low.max(0.0), high.floor().min((count - 1) as f32));
             if low > high {
                 continue;
             }
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
             let (low, high) = (low as usize, high as usize);
-            if self.asked == Asked::Means {
+            if of_means {
                 self.add_means(simd, packet, &along, [low, high]);
             } else if is_gaussian {
                 self.add_gaussian(simd, (middle, &along), [low, high]);
             } else {
-                for i in low..=high {
-                    let off = middle - i as f32;
-                    let square = (off * off).mul_add(along.a, along.near);
-                    let value = basis_of(simd, self.functions.basis(), square) * along.weight;
-                    let within = off.abs().simd_le(along.half);
-                    self.values[i] += choose(within, value, all(simd, 0.0));
-                }
+                self.add_each(simd, (middle, &along), [low, high]);
             }
+        }
+    }
+
+    /// Adds what a function has at faces from `low` to `high`, each by itself.
+    #[inline(always)]
+    fn add_each(
+        &mut self,
+        simd: S,
+        (middle, along): (Lanes<S>, &Along<S>),
+        [low, high]: [usize; 2],
+    ) {
+        for i in low..=high {
+            let off = middle - i as f32;
+            let square = (off * off).mul_add(along.a, along.near);
+            let value = basis_of(simd, self.functions.basis(), square) * along.weight;
+            let within = off.abs().simd_le(along.half);
+            self.values[i] += choose(within, value, all(simd, 0.0));
         }
     }
 
@@ -243,14 +237,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         let flank = choose(is_met, off * off * along.a, zero) * 0.5;
         if flank.reduce_max() > STEEPEST {
             // Rays that meet it at far-away depths.
-            for i in low..=high {
-                let off = middle - i as f32;
-                let square = (off * off).mul_add(along.a, along.near);
-                let value = exponential(simd, square * -0.5) * along.weight;
-                let within = off.abs().simd_le(along.half);
-                self.values[i] += choose(within, value, zero);
-            }
-            return;
+            return self.add_each(simd, (middle, along), [low, high]);
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
         let begin = begin as usize;
@@ -306,7 +293,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             }
         };
         let height = choose(is_met, height * along.weight, zero);
-        let (first, step) = (self.first, self.step);
+        let (first, step) = (self.window.first(), self.window.step);
         let is_gaussian = self.functions.basis() != Basis::Multiquadric;
         let integral = |i: usize| {
             let t = face(simd, packet, first + i.cast_signed() as i32, step) * (1.0 / step);

@@ -16,7 +16,7 @@ use super::rays::{Rays, TILE};
 use super::table::Table;
 use crate::cells::{CellField, Cells, On};
 use crate::core::{Camera, Cancelled, Projection, Ticket};
-use crate::kernel::{Kernel, Separable, coefficients};
+use crate::kernel::{Bounds, Kernel, Separable, coefficients};
 use crate::plan::{KernelSlabs, Plan, SlabField};
 use crate::polygons::Mesh;
 use crate::rbf::{Basis, Encoding, Function};
@@ -84,9 +84,7 @@ fn no_value_lies_beyond_the_bounds_of_its_brick() {
                 let found = dispatch!(level, simd => {
                     lattice.value(simd, method, Vec3::splat(simd, place))[0]
                 });
-                let at = [0, 1, 2].map(|a| ((place[a] + 1.0) / 4.0) as usize);
-                let brick = (at[2] * bricks.dims[1] + at[1]) * bricks.dims[0] + at[0];
-                let [low, high] = bricks.ranges[brick];
+                let [low, high] = range_about(bricks, place);
                 let slack = 1e-3;
                 assert!(
                     found >= low - slack && found <= high + slack,
@@ -95,6 +93,29 @@ fn no_value_lies_beyond_the_bounds_of_its_brick() {
             }
         }
     }
+}
+
+/// The values of a field at eight places, and what they grow by along x, y and z.
+fn asked(lattice: &Lattice, eight: &[[f32; 3]]) -> ([f32; 8], [[f32; 8]; 3]) {
+    let along = |axis: usize| std::array::from_fn::<f32, 8, _>(|i| eight[i][axis]);
+    let [x, y, z] = [along(0), along(1), along(2)];
+    let (level, method) = (Level::new(), lattice.method());
+    dispatch!(level, simd => {
+        let place = Vec3 {
+            x: Lanes::load_array(simd, x),
+            y: Lanes::load_array(simd, y),
+            z: Lanes::load_array(simd, z),
+        };
+        let growth = lattice.gradient(simd, method, place);
+        let growth = [growth.x, growth.y, growth.z].map(|g| g.to_array());
+        (lattice.value(simd, method, place).to_array(), growth)
+    })
+}
+
+/// Least and greatest value in the brick that a place lies in.
+fn range_about(bricks: &Bounds, place: [f32; 3]) -> [f32; 2] {
+    let at = place.map(|x| ((x + 1.0) / 4.0) as usize);
+    bricks.ranges[(at[2] * bricks.dims[1] + at[1]) * bricks.dims[0] + at[0]]
 }
 
 /// Noise, with functions that have nothing to do with it.
@@ -131,24 +152,12 @@ fn sums_of_functions_and_their_growth_are_those_of_float64_and_lie_in_their_boun
             let volume = volume_of_functions(dims, basis);
             let encoding = volume.functions.as_ref().expect("it has some");
             let lattice = lattice(&volume, Kernel::Functions);
-            let (level, method) = (Level::new(), lattice.method());
             let bricks = &lattice.bricks;
             let (mut worst, mut steepest) = (0.0_f64, 0.0_f64);
             // Eight at a time, all over the lattice.
             let places: Vec<[f32; 3]> = places(dims).collect();
             for eight in places.chunks_exact(8) {
-                let along = |axis: usize| std::array::from_fn::<f32, 8, _>(|i| eight[i][axis]);
-                let [x, y, z] = [along(0), along(1), along(2)];
-                let (values, growth) = dispatch!(level, simd => {
-                    let place = Vec3 {
-                        x: Lanes::load_array(simd, x),
-                        y: Lanes::load_array(simd, y),
-                        z: Lanes::load_array(simd, z),
-                    };
-                    let growth = lattice.gradient(simd, method, place);
-                    let growth = [growth.x, growth.y, growth.z].map(|g| g.to_array());
-                    (lattice.value(simd, method, place).to_array(), growth)
-                });
+                let (values, growth) = asked(&lattice, eight);
                 for (i, place) in eight.iter().enumerate() {
                     let world = volume.lattice.world_from_index(DVec3::from(place.map(f64::from)));
                     let found = f64::from(values[i]) + lattice.bias;
@@ -156,9 +165,7 @@ fn sums_of_functions_and_their_growth_are_those_of_float64_and_lie_in_their_boun
                     let expected = volume.lattice.axes().transpose() * encoding.gradient(world);
                     let found = DVec3::from(growth.map(|g| f64::from(g[i])));
                     steepest = steepest.max((found - expected).length());
-                    let at = [0, 1, 2].map(|a| ((place[a] + 1.0) / 4.0) as usize);
-                    let brick = (at[2] * bricks.dims[1] + at[1]) * bricks.dims[0] + at[0];
-                    let [low, high] = bricks.ranges[brick];
+                    let [low, high] = range_about(bricks, *place);
                     assert!((low..=high).contains(&values[i]), "{basis:?} {dims:?} {place:?}");
                 }
             }
@@ -202,25 +209,13 @@ fn values_of_cells_and_their_growth_are_those_of_float64_and_lie_in_their_bounds
         let volume = volume_of_cells(dims, on);
         let field = volume.cells.as_ref().expect("it has some");
         let lattice = lattice(&volume, Kernel::Cells);
-        let (level, method) = (Level::new(), lattice.method());
         let bricks = &lattice.bricks;
         let growths = field.growths(&Ticket::new()).expect("not cancelled");
         let (mut inside, mut near_faces) = (0, 0);
         let (mut worst, mut steepest) = (0.0_f64, 0.0_f64);
         let places: Vec<[f32; 3]> = places(dims).collect();
         for eight in places.chunks_exact(8) {
-            let along = |axis: usize| std::array::from_fn::<f32, 8, _>(|i| eight[i][axis]);
-            let [x, y, z] = [along(0), along(1), along(2)];
-            let (values, growth) = dispatch!(level, simd => {
-                let place = Vec3 {
-                    x: Lanes::load_array(simd, x),
-                    y: Lanes::load_array(simd, y),
-                    z: Lanes::load_array(simd, z),
-                };
-                let growth = lattice.gradient(simd, method, place);
-                let growth = [growth.x, growth.y, growth.z].map(|g| g.to_array());
-                (lattice.value(simd, method, place).to_array(), growth)
-            });
+            let (values, growth) = asked(&lattice, eight);
             for (i, place) in eight.iter().enumerate() {
                 let world = volume.lattice.world_from_index(DVec3::from(place.map(f64::from)));
                 let cells = field.cells();
@@ -251,9 +246,7 @@ fn values_of_cells_and_their_growth_are_those_of_float64_and_lie_in_their_bounds
                 } else {
                     near_faces += 1;
                 }
-                let at = [0, 1, 2].map(|a| ((place[a] + 1.0) / 4.0) as usize);
-                let brick = (at[2] * bricks.dims[1] + at[1]) * bricks.dims[0] + at[0];
-                let [low, high] = bricks.ranges[brick];
+                let [low, high] = range_about(bricks, *place);
                 assert!((low..=high).contains(&values[i]), "{on:?} {place:?}");
             }
         }

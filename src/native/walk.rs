@@ -600,11 +600,7 @@ fn trim<S: Simd>(
     {
         let middle = lattice.gradient(simd, Method::Cells, packet.at((nearest + farthest) * 0.5));
         for growth in [of_near, of_far] {
-            *growth = Vec3 {
-                x: choose(is_thin, middle.x, growth.x),
-                y: choose(is_thin, middle.y, growth.y),
-                z: choose(is_thin, middle.z, growth.z),
-            };
+            *growth = Vec3::choose(is_thin, middle, *growth);
         }
     }
     for (face, is_moved, other, t, value) in
@@ -614,11 +610,7 @@ fn trim<S: Simd>(
         face.u = choose(is_moved, table.cell(simd, value), face.u);
         face.is_there |= is_moved;
         if let (Some(own), Some(other)) = (&mut face.growth, other) {
-            *own = Vec3 {
-                x: choose(is_moved, other.x, own.x),
-                y: choose(is_moved, other.y, own.y),
-                z: choose(is_moved, other.z, own.z),
-            };
+            *own = Vec3::choose(is_moved, other, *own);
         }
     }
 }
