@@ -145,13 +145,13 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                     }
                 } else {
                     let u = here.value.x;
-                    if kernel == CELLS && have >= 2 && (u_near == NOTHING || u_far == NOTHING) {
+                    if has_borders() && have >= 2 && (u_near == NOTHING || u_far == NOTHING) {
                         let slab = trimmed(origin, direction, Trimmed(vec2<f32>(t_near, t_far), u_ends));
                         from_t = slab.ts.x;
                         to_t = slab.ts.y;
                         if SHADED && slab.us.x != NOTHING && u_near == u_far {
                             let middle = origin + direction * (0.5 * (from_t + to_t));
-                            g_middle = slabs.table.y * growth_in(cell_at(middle));
+                            g_middle = slabs.table.y * stored_growth(middle);
                         } else {
                             g_middle = select(select(g_middle, g_near, u_far == NOTHING), g_far, u_near == NOTHING);
                         }
@@ -160,7 +160,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                     }
                     // The parabola has the mean of the cubic through four faces.
                     let whole = abs(t - t_before) >= WHOLE_SLABS * step
-                        && u_before != NOTHING && u != NOTHING;
+                        && u_before != NOTHING && u_near != NOTHING && u_far != NOTHING && u != NOTHING;
                     let bend = ((u_near - u_before) + (u_far - u)) * (1.0 / 24.0);
                     // Most slabs near what shows are empty all the same.
                     let width = 0.5 * (width_near + width_far);

@@ -15,7 +15,7 @@ const ROOMS: [(&str, &[&str]); 19] = [
     ("cells", &["core"]),
     ("volume", &["core", "rbf", "cells"]),
     ("transfer", &["core", "volume"]),
-    ("kernel", &["core", "volume", "transfer"]),
+    ("kernel", &["core", "volume", "transfer", "rbf"]),
     ("hierarchy", &["core", "volume", "transfer"]),
     ("vector", &["core", "volume", "transfer", "kernel", "polygons"]),
     ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons", "rbf"]),
@@ -92,8 +92,9 @@ const ROOMS: [(&str, &[&str]); 19] = [
 ];
 
 /// Names from outside, and the only rooms that may say them.
-const OUTSIDE: [(&str, &[&str]); 20] = [
+const OUTSIDE: [(&str, &[&str]); 21] = [
     ("nalgebra", &["rbf"]),
+    ("rstar", &["rbf"]),
     ("fearless_simd", &["native"]),
     ("wgpu", &["gpu"]),
     ("egui", &["app"]),

@@ -1221,10 +1221,48 @@ fn meshes_and_points_are_encoded_where_their_points_are() {
             voxsplat(&["render", &encoded, "--output", &at("p.png"), "--resolution", "40,30"]);
         assert_eq!(drawn.status.code(), Some(0), "{source}: {}", errors(&drawn));
     }
-    // By themselves points have nothing between them.
-    let refused = voxsplat(&["render", &points, "--output", &at("p.png")]);
+}
+
+/// How much of a picture is not its background, which is one colour.
+fn share_that_shows(path: &str) -> f64 {
+    let picture = image::open(path).expect("a picture").to_rgba8();
+    let background = *picture.get_pixel(0, 0);
+    let shown = picture.pixels().filter(|pixel| **pixel != background).count();
+    shown as f64 / (picture.width() * picture.height()) as f64
+}
+
+/// As ellipsoids, of their values, or of how dense they lie; and those of meshes where that is asked for.
+#[test]
+fn scattered_points_are_drawn_by_themselves() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let row = |i: i32| format!("{},{},{}", i % 5, i / 5 % 5, f64::from(i / 25) * 0.5);
+    let table = |header: &str, value: &dyn Fn(i32) -> String| {
+        let rows: Vec<String> = (0..125).map(|i| row(i) + &value(i)).collect();
+        format!("{header}\n{}\n", rows.join("\n"))
+    };
+    let [valued, bare] = ["valued.csv", "bare.csv"].map(at);
+    std::fs::write(&valued, table("x,y,z,warmth", &|i| format!(",{}", 20 + i % 7)))
+        .expect("written");
+    std::fs::write(&bare, table("x,y,z", &|_| String::new())).expect("written");
+    for (source, flags) in
+        [(valued.as_str(), &[][..]), (&bare, &[]), ("demo:mesh:4", &["--kernel", "ellipsoids"])]
+    {
+        for engine in ["native", "gpu"] {
+            let picture = at("p.png");
+            let size = ["--resolution", "80,60", "--engine", engine];
+            let drawn =
+                voxsplat(&[&["render", source, "--output", &picture], flags, &size[..]].concat());
+            assert_eq!(drawn.status.code(), Some(0), "{source} {engine}: {}", errors(&drawn));
+            let has_density = errors(&drawn).contains("how dense its points lie");
+            assert_eq!(has_density, source == bare, "{}", errors(&drawn));
+            assert!(share_that_shows(&picture) > 0.1, "{source} {engine}");
+        }
+    }
+    let refused =
+        voxsplat(&["render", "demo:shells:8", "--kernel", "ellipsoids", "--output", &at("p.png")]);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(errors(&refused).contains("cells with volume"), "{}", errors(&refused));
+    assert!(errors(&refused).contains("a field of scattered points"), "{}", errors(&refused));
 }
 
 /// The polygons of a file of cells, and the outer faces of its solids.

@@ -161,14 +161,34 @@ fn growth_in(found: InCell) -> vec3<f32> {
     return sum;
 }
 
-// A slab that ends where its ray enters the cells and leaves them.
+// Whether the field ends somewhere: it is of cells, or of ellipsoids about points.
+fn has_borders() -> bool {
+    return kernel == CELLS || kernel == ELLIPSOIDS;
+}
+
+// What such a field has at a position, as stored, and what it grows by per index.
+fn stored_value(position: vec3<f32>) -> f32 {
+    if kernel == ELLIPSOIDS {
+        return sum_of_functions(position).w;
+    }
+    return value_in(cell_at(position));
+}
+
+fn stored_growth(position: vec3<f32>) -> vec3<f32> {
+    if kernel == ELLIPSOIDS {
+        return sum_of_functions(position).xyz;
+    }
+    return growth_in(cell_at(position));
+}
+
+// A slab that ends where its ray enters the field and leaves it.
 struct Trimmed {
     ts: vec2<f32>,
     us: vec2<f32>,
 }
 
-// A slab by its faces' depths and values, of which one lies outside all cells, or both. One loop, so that a compiler
-// holds the search for a cell once: first places between two faces outside are looked at, as a thin part of the cells may
+// A slab by its faces' depths and values, of which one lies outside the field, or both. One loop, so that a compiler
+// holds the search for a cell once: first places between two faces outside are looked at, as a thin part of the field may
 // lie there; then what is left on either side is halved in turns.
 fn trimmed(origin: vec3<f32>, direction: vec3<f32>, slab: Trimmed) -> Trimmed {
     // The first and the last place that lies inside, and the values there.
@@ -195,7 +215,7 @@ fn trimmed(origin: vec3<f32>, direction: vec3<f32>, slab: Trimmed) -> Trimmed {
         let between = select(0.5 * (ts.x + outside.x), 0.5 * (ts.y + outside.y), is_far);
         let at = mix(slab.ts.x, slab.ts.y, f32(i + 1u) / f32(PLACES_BETWEEN + 1u));
         let t = select(between, at, is_look);
-        let stored = value_in(cell_at(origin + direction * t));
+        let stored = stored_value(origin + direction * t);
         if stored == NOTHING {
             if !is_look && is_far {
                 outside.y = t;

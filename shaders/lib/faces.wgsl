@@ -34,7 +34,7 @@ fn face_of_cells(position: vec3<f32>) -> Face {
 
 fn face_of_functions(position: vec3<f32>) -> Face {
     let found = sum_of_functions(position);
-    let u = slabs.table.x + slabs.table.y * found.w;
+    let u = select(slabs.table.x + slabs.table.y * found.w, NOTHING, found.w == NOTHING);
     return Face(vec2<f32>(u, 0.0), slabs.table.y * found.xyz);
 }
 

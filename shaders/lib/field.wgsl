@@ -17,6 +17,8 @@ const SCALED_TENT: u32 = 6u;
 const FUNCTIONS: u32 = 7u;
 // Cells, alike.
 const CELLS: u32 = 8u;
+// Ellipsoids about points, each weighed against the others: stored as basis functions are.
+const ELLIPSOIDS: u32 = 9u;
 
 override kernel: u32 = 4u;
 // Samples to either side of a position that a radial kernel reaches.
@@ -241,10 +243,12 @@ fn basis_of(square: f32) -> f32 {
     return exp(-0.5 * square);
 }
 
-// The sum of the functions at a position, and its growth per index.
+// The sum of the functions at a position, and its growth per index; of ellipsoids the mean of their weights, which is nothing
+// where none reaches.
 fn sum_of_functions(position: vec3<f32>) -> vec4<f32> {
     let entries = entries_of(cell_of(position));
     var sum = vec4<f32>(0.0);
+    var total = vec4<f32>(0.0);
     for (var i = entries.x; i < entries.y; i++) {
         let function = summand(i);
         let offset = function.shape * (position - function.centre);
@@ -254,7 +258,16 @@ fn sum_of_functions(position: vec3<f32>) -> vec4<f32> {
         }
         let phi = basis_of(square);
         let slope = select(phi, phi * phi * phi, multiquadric);
-        sum += function.weight * vec4<f32>(-slope * (offset * function.shape), phi);
+        let share = vec4<f32>(-slope * (offset * function.shape), phi);
+        sum += function.weight * share;
+        total += share;
+    }
+    if kernel == ELLIPSOIDS {
+        if total.w <= 0.0 {
+            return vec4<f32>(vec3<f32>(0.0), NOTHING);
+        }
+        let mean = sum.w / total.w;
+        return vec4<f32>((sum.xyz - mean * total.xyz) / total.w, mean);
     }
     return sum;
 }
@@ -343,7 +356,7 @@ fn value(position: vec3<f32>) -> vec2<f32> {
         let found = mix(near, far, f.z);
         stored = found.x;
         width = slabs.table.y * found.y;
-    } else if kernel == FUNCTIONS {
+    } else if kernel == FUNCTIONS || kernel == ELLIPSOIDS {
         stored = sum_of_functions(position).w;
     } else if kernel == CELLS {
         stored = value_in(cell_at(position));

@@ -87,11 +87,12 @@ fn fraction(value: f64) -> String {
     }
 }
 
-/// The mode whose limit every setting is held to: the exact one, for a scene's opacities; of basis functions and cells theirs.
+/// The mode whose limit every setting is held to: the exact one, for a scene's opacities; of basis functions, cells and points theirs.
 pub fn exact_mode(current: &SplatSettings, slabs_per_voxel: f64) -> SplatSettings {
     let exact = match current.kernel {
         Kernel::Functions => SplatSettings::FUNCTIONS,
         Kernel::Cells => SplatSettings::CELLS,
+        Kernel::Ellipsoids => SplatSettings::ELLIPSOIDS,
         _ => SplatSettings::EXACT,
     };
     let opacity_unit_distance = current.opacity_unit_distance;
@@ -414,6 +415,7 @@ mod tests {
             SplatSettings::SHADE_FIRST,
             SplatSettings::FUNCTIONS,
             SplatSettings::CELLS,
+            SplatSettings::ELLIPSOIDS,
         ] {
             let list = candidates(&SplatSettings { opacity_unit_distance: Some(0.3), ..current });
             assert!((40..66).contains(&list.len()), "{}", list.len());

@@ -147,6 +147,7 @@ pub fn kernel(kernel: Kernel) -> String {
     match kernel {
         Kernel::BSpline => "B-spline".to_owned(),
         Kernel::Functions => "Basis functions".to_owned(),
+        Kernel::Ellipsoids => "Points as ellipsoids".to_owned(),
         other => sentence_case(other.name()),
     }
 }
@@ -170,6 +171,9 @@ pub fn kernel_help(kernel: Kernel) -> &'static str {
         Kernel::Cells => {
             "The cells of the grid themselves, without samples: straight between the points of tetrahedra, by shape functions \
              in others"
+        }
+        Kernel::Ellipsoids => {
+            "The points themselves, without samples: the mean of ellipsoids, each as wide as its neighbours lie apart"
         }
         Kernel::Cubic => "The optimal cubic (radius 1.556 voxels): smooth with the least ripple",
     }

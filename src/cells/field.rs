@@ -74,6 +74,42 @@ impl CellField {
         self.at_corners(solid).iter().zip(weights).map(|(value, weight)| value * weight).sum()
     }
 
+    /// Places with a number each: the points of solids that are there, or these solids' middles.
+    pub fn samples(&self) -> Vec<(DVec3, f64)> {
+        let points = self.cells.points();
+        let middle = |solid: usize| {
+            let middle = self.cells.solids()[solid].kind().middle();
+            (self.cells.placed(solid).at(middle).0, self.value(solid, middle))
+        };
+        match self.used_points() {
+            Some(used) => used.map(|i| (points[i], self.values[i])).collect(),
+            None => self.solids_there().map(middle).collect(),
+        }
+    }
+
+    /// How many they are.
+    pub fn sample_count(&self) -> usize {
+        match self.used_points() {
+            Some(used) => used.count(),
+            None => self.solids_there().count(),
+        }
+    }
+
+    fn solids_there(&self) -> impl Iterator<Item = usize> {
+        (0..self.cells.solids().len()).filter(|solid| self.is_there(*solid))
+    }
+
+    /// The points of solids that are there, where the numbers stand on points.
+    fn used_points(&self) -> Option<impl Iterator<Item = usize>> {
+        (self.on == On::Points).then(|| {
+            let mut is_used = vec![false; self.values.len()];
+            let corners =
+                self.solids_there().flat_map(|solid| self.cells.solids()[solid].corners());
+            corners.for_each(|corner| is_used[*corner as usize] = true);
+            is_used.into_iter().enumerate().filter_map(|(i, is_used)| is_used.then_some(i))
+        })
+    }
+
     /// Least and greatest number in a solid: those of its corners, as shape functions are not negative.
     pub fn range_in(&self, solid: usize) -> [f64; 2] {
         let count = self.cells.solids()[solid].corners().len();

@@ -82,6 +82,8 @@ pub struct Cells {
     sources: Vec<u32>,
     /// Of the file's polygons.
     triangles: Vec<[u32; 3]>,
+    /// Where no cell has volume, the mean of each one's points.
+    middles: Vec<DVec3>,
     census: Census,
     /// Once someone has asked: each picture does.
     median_edge: OnceLock<f64>,
@@ -137,6 +139,12 @@ impl Cells {
         }
         let split::Split { solids, blends, added, triangles, .. } = split;
         let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
+        let middle = |own: &[usize]| {
+            let own = &corners[own[0]..own[1]];
+            own.iter().map(|corner| points[*corner as usize]).sum::<DVec3>() / own.len() as f64
+        };
+        let middles =
+            if solids.is_empty() { starts.windows(2).map(middle).collect() } else { Vec::new() };
         for solid in &solids {
             let placed = solid.placed(&points);
             let volume = placed.volume();
@@ -151,6 +159,7 @@ impl Cells {
             solids,
             sources,
             triangles,
+            middles,
             census,
             median_edge: OnceLock::new(),
         })
@@ -179,6 +188,7 @@ impl Cells {
             solids,
             sources,
             triangles: Vec::new(),
+            middles: Vec::new(),
             census: Census { by_type, ..Census::default() },
             median_edge: OnceLock::new(),
         }
@@ -209,8 +219,12 @@ impl Cells {
         &self.sources
     }
 
-    /// The middle of each of the file's cells, as the mean of its solids' corners; not a number where a cell has no solid.
+    /// The middle of each of the file's cells, as the mean of its solids' corners; not a number where a cell has no solid and
+    /// others have.
     pub fn middles(&self) -> Arc<[DVec3]> {
+        if self.solids.is_empty() {
+            return self.middles.as_slice().into();
+        }
         let mut sums = vec![(DVec3::ZERO, 0.0); self.own_cells];
         for (solid, cell) in self.solids.iter().zip(&self.sources) {
             for corner in solid.corners() {

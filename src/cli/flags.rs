@@ -306,9 +306,9 @@ impl SceneFlags {
 #[command(next_help_heading = "Mode")]
 pub struct ModeFlags {
     /// Reconstruction kernel: point, nearest, linear, gaussian, cubic, bspline, gouraud: the cubic's splat as a mesh of
-    /// triangles, functions: the basis functions of an encoding themselves, or cells: those of an unstructured or
-    /// curvilinear grid themselves [default: bspline; functions of a .vrbf file and cells where there are some, unless
-    /// other flags ask for another]
+    /// triangles, functions: the basis functions of an encoding themselves, cells: those of an unstructured or
+    /// curvilinear grid themselves, or ellipsoids: about scattered points, or those of cells [default: bspline; functions
+    /// of a .vrbf file, cells where there are some, ellipsoids of points alone, unless other flags ask for another]
     #[arg(long, value_name = "KERNEL", value_parser = values::kernel)]
     pub kernel: Option<Kernel>,
     /// Splat radius in voxels, of every kernel but point and nearest: linear 0.6 to 2, bspline 0.6 to 8 [default: the

@@ -239,9 +239,11 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
 pub(super) struct Mode {
     /// What they mean.
     splat: SplatSettings,
-    /// What they mean of a field that is encoded as basis functions, and of one on cells, where these can be drawn so.
+    /// What they mean of a field that is encoded as basis functions, of one on cells and of one of points, where these can be
+    /// drawn so.
     of_functions: Option<SplatSettings>,
     of_cells: Option<SplatSettings>,
+    of_points: Option<SplatSettings>,
     /// Whether one of them names a kernel.
     names_kernel: bool,
     /// Whether any of them says how a field is drawn; else that is up to the first look.
@@ -252,8 +254,14 @@ impl Mode {
     /// By the flags, which mean `splat`.
     pub(super) fn of(flags: &ModeFlags, splat: SplatSettings, is_asked_for: bool) -> Self {
         let of = |kernel| flags.of_source(kernel, splat.cut);
-        let (of_functions, of_cells) = (of(Kernel::Functions), of(Kernel::Cells));
-        Self { splat, of_functions, of_cells, names_kernel: flags.kernel.is_some(), is_asked_for }
+        Self {
+            splat,
+            of_functions: of(Kernel::Functions),
+            of_cells: of(Kernel::Cells),
+            of_points: of(Kernel::Ellipsoids),
+            names_kernel: flags.kernel.is_some(),
+            is_asked_for,
+        }
     }
 
     fn beside(self, first_look: SplatSettings) -> SplatSettings {
@@ -261,6 +269,7 @@ impl Mode {
         let (own, what) = match first_look.kernel {
             Kernel::Functions => (self.of_functions, "basis functions"),
             Kernel::Cells => (self.of_cells, "cells"),
+            Kernel::Ellipsoids => (self.of_points, "points"),
             _ => (Some(self.splat), ""),
         };
         match self.is_asked_for {

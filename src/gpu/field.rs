@@ -9,7 +9,7 @@ use super::{cells, functions};
 use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{EMPTY_BRICK, distances, widen};
 use crate::kernel::{BOUND_BRICK, Bounds, Coefficients, Kernel, Weighs, mirrored};
-use crate::rbf::{Basis, Listed};
+use crate::rbf::{Basis, Blend, Listed};
 use crate::transfer::Cumulative;
 use crate::volume::{Lattice, ScalarType, ScalarVolume};
 
@@ -78,16 +78,21 @@ impl DeviceField {
     ) -> Result<Self, GpuError> {
         let Coefficients { dims, mut values, bias, min, max, mut holes, averaged, .. } =
             coefficients;
-        let listed = match &volume.functions {
-            Some(encoding) if kernel == Kernel::Functions => {
+        let encoding = kernel.functions_of(volume, ticket).map_err(|_| GpuError::Cancelled)?;
+        let listed = match encoding {
+            Some(encoding) => {
                 let Lattice { origin, .. } = volume.lattice;
                 let space = (dims, volume.lattice.axes(), origin);
                 let listed =
-                    Listed::new(encoding, space, ticket).map_err(|_| GpuError::Cancelled)?;
-                values = functions::sums(&listed, ticket)?;
+                    Listed::new(&encoding, space, ticket).map_err(|_| GpuError::Cancelled)?;
+                match listed.blend {
+                    Blend::Sum => values = functions::sums(&listed, ticket)?,
+                    // Samples beside all of them are nowhere.
+                    Blend::Mean => holes = None,
+                }
                 Some(listed)
             }
-            _ => None,
+            None => None,
         };
         let cells = volume.cells.as_deref().filter(|_| kernel == Kernel::Cells);
         let mut listed_cells = None;
@@ -211,7 +216,7 @@ impl DeviceField {
             }
         }
         if let Some(listed) = &listed {
-            functions::widen(&mut bounds, (listed, BOUNDED_REACH as f64), ticket)?;
+            functions::bound(&mut bounds, (listed, BOUNDED_REACH as f64), NOTHING, ticket)?;
         }
         if let Some((field, listed)) = &listed_cells {
             cells::bound(&mut bounds, (field, listed), (bias, BOUNDED_REACH as f64), NOTHING);
@@ -364,6 +369,9 @@ fn room_for(context: &Context, kernel: Kernel, words: usize) -> Result<usize, Gp
     if words as u64 > room {
         let (what, of, advice) = match kernel {
             Kernel::Cells => ("a mesh", "cells", "choose --engine native, or --kernel linear"),
+            Kernel::Ellipsoids => {
+                ("points", "ellipsoids", "choose --engine native, or --kernel linear")
+            }
             _ => {
                 let advice = "encode it with fewer functions, or choose --engine native";
                 ("an encoding", "functions", advice)

@@ -6,7 +6,7 @@ use super::GpuError;
 use crate::core::Ticket;
 use crate::hierarchy::EMPTY_BRICK;
 use crate::kernel::Bounds;
-use crate::rbf::Listed;
+use crate::rbf::{Blend, Listed};
 use glam::DVec3;
 
 /// Words before the lists: where these and the functions begin.
@@ -58,12 +58,18 @@ pub(super) fn sums(listed: &Listed, ticket: &Ticket) -> Result<Vec<f32>, GpuErro
     Ok(sums)
 }
 
-/// Widens bounds of the sums at samples until the sums between these, and `beyond` steps about each brick, lie in them.
-pub(super) fn widen(
+/// Takes bounds of the sums at samples to those of the values between these, and `beyond` steps about each brick; bricks that
+/// no function of a mean reaches have `nothing`.
+pub(super) fn bound(
     bounds: &mut Bounds,
     (listed, beyond): (&Listed, f64),
+    nothing: f32,
     ticket: &Ticket,
 ) -> Result<(), GpuError> {
+    if listed.blend == Blend::Mean {
+        bounds.set_to_boxes(listed.boxes(), (-0.5, beyond), nothing);
+        return Ok(());
+    }
     let [bx, by, _] = bounds.dims;
     let end = DVec3::from(listed.dims.map(|n| n as f64 - 0.5));
     bounds.ranges.par_iter_mut().enumerate().try_for_each(|(i, range)| {

@@ -111,7 +111,8 @@ impl Variant {
             | Kernel::Cubic
             | Kernel::Gouraud
             | Kernel::Functions
-            | Kernel::Cells => {
+            | Kernel::Cells
+            | Kernel::Ellipsoids => {
                 constants.push(("points", flag(self.kernel == Kernel::Point)));
                 if let Some(radial) = RadialKernel::new(self.kernel, None) {
                     constants.extend(footprint_constants(self.kernel));

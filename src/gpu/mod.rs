@@ -12,6 +12,7 @@ mod constants;
 mod context;
 mod device_volume;
 mod field;
+mod folding;
 pub mod frame;
 mod functions;
 mod gather;

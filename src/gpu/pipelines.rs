@@ -82,7 +82,7 @@ impl Pipelines {
     ) -> wgpu::ComputePipeline {
         let bits = constants.iter().map(|(name, value)| (*name, value.to_bits())).collect();
         let made = self.compute.entry((shader.name, shader.options, bits)).or_insert_with(|| {
-            let module = shader.module(context);
+            let (module, constants) = shader.module(context, constants);
             context.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(shader.name),
                 layout: None,
@@ -108,7 +108,7 @@ impl Pipelines {
 
     pub(super) fn present(&mut self, context: &Context) -> &wgpu::RenderPipeline {
         self.present.get_or_insert_with(|| {
-            let module = shader::PRESENT.module(context);
+            let (module, _) = shader::PRESENT.module(context, &[]);
             context.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(shader::PRESENT.name),
                 layout: None,
@@ -144,7 +144,8 @@ impl ListVariant {
             | Kernel::Linear
             | Kernel::BSpline
             | Kernel::Functions
-            | Kernel::Cells => 0.0,
+            | Kernel::Cells
+            | Kernel::Ellipsoids => 0.0,
             Kernel::Nearest => 1.0,
             Kernel::Point => 2.0,
         };
@@ -244,11 +245,11 @@ kernel_names!(FOOTPRINT, SHARE, "");
 kernel_names!(MARKS_FOOTPRINT, MARKS_SHARE, "marks_");
 
 fn splat(context: &Context, variant: SplatVariant) -> wgpu::RenderPipeline {
-    let module = shader::SPLAT.module(context);
     let mut constants = kernel_constants(variant.kernel, variant.perspective);
     constants.push(("one_footprint", flag(variant.one_footprint)));
     constants.push(("published", flag(variant.published)));
-    let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    let (module, constants) = shader::SPLAT.module(context, &constants);
+    let options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
     let (vertex, fragment) = match variant.kernel {
         Kernel::Gouraud => ("vertex_gouraud", "fragment_gouraud"),
         Kernel::Gaussian
@@ -256,7 +257,8 @@ fn splat(context: &Context, variant: SplatVariant) -> wgpu::RenderPipeline {
         | Kernel::Linear
         | Kernel::BSpline
         | Kernel::Functions
-        | Kernel::Cells => ("vertex_radial", "fragment_radial"),
+        | Kernel::Cells
+        | Kernel::Ellipsoids => ("vertex_radial", "fragment_radial"),
         Kernel::Nearest => ("vertex_box", "fragment_box"),
         Kernel::Point => ("vertex_point", "fragment_point"),
     };

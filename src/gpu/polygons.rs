@@ -217,7 +217,7 @@ impl DevicePolygons {
 const SAMPLES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 fn pipeline(context: &Context, shader: Shader) -> wgpu::RenderPipeline {
-    let module = shader.module(context);
+    let (module, _) = shader.module(context, &[]);
     context.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(shader.name),
         layout: None,

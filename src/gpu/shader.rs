@@ -3,7 +3,10 @@
 //! What a scene does not ask for is left out by overrides, which a compiler takes for constants. Only what has
 //! bindings of its own, lights, vectors and polygons, is a piece that is there or is not: 39 shaders in all.
 
+use std::borrow::Cow;
+
 use super::context::Context;
+use super::folding::folded;
 
 macro_rules! piece {
     ($($name:ident $file:literal),* $(,)?) => {
@@ -311,18 +314,26 @@ impl Shader {
         pieces.collect()
     }
 
-    /// The module on a device. Where the adapter does not end loops by itself, nothing else counts their turns.
+    /// The module on a device, with the values of its overrides, and those that a pipeline is still to be told: none, but of a
+    /// text that does not hold, about which the device says more. Where the adapter does not end loops by itself, nothing else
+    /// counts their turns.
     #[expect(
         unsafe_code,
         reason = "counting the turns of every loop takes registers and time, and ends none here"
     )]
-    pub(super) fn module(&self, context: &Context) -> wgpu::ShaderModule {
-        let described = wgpu::ShaderModuleDescriptor {
-            label: Some(self.name),
-            source: wgpu::ShaderSource::Wgsl(self.source().into()),
+    pub(super) fn module<'a>(
+        &self,
+        context: &Context,
+        constants: &'a [(&'static str, f64)],
+    ) -> (wgpu::ShaderModule, &'a [(&'static str, f64)]) {
+        let source = self.source();
+        let (source, constants) = match folded(&source, constants) {
+            Some(module) => (wgpu::ShaderSource::Naga(Cow::Owned(module)), &constants[..0]),
+            None => (wgpu::ShaderSource::Wgsl(source.into()), constants),
         };
+        let described = wgpu::ShaderModuleDescriptor { label: Some(self.name), source };
         if context.ends_loops {
-            return context.device.create_shader_module(described);
+            return (context.device.create_shader_module(described), constants);
         }
         let checks = wgpu::ShaderRuntimeChecks {
             force_loop_bounding: false,
@@ -332,6 +343,7 @@ impl Shader {
         // that no loop is endless. The text is this program's own, no part of it comes from a file that is opened. In
         // each of its loops a turn takes a counter towards an end that was known before the loop, a list's, a ray's or
         // a tree's, or the loop ends; conditions of numbers that are none are false, and end it, too.
-        unsafe { context.device.create_shader_module_trusted(described, checks) }
+        let module = unsafe { context.device.create_shader_module_trusted(described, checks) };
+        (module, constants)
     }
 }

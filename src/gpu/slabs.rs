@@ -349,6 +349,7 @@ impl SlabPass {
             Kernel::Linear => 6.0,
             Kernel::Functions => 7.0,
             Kernel::Cells => 8.0,
+            Kernel::Ellipsoids => 9.0,
         };
         let format = match field.format {
             Format::Pairs => 0.0,
@@ -374,7 +375,7 @@ impl SlabPass {
             constants.extend(shade.constants());
             constants.push(match settings.kernel {
                 Kernel::BSpline if is_natural => ("growth", 0.0),
-                Kernel::Functions => ("growth", 3.0),
+                Kernel::Functions | Kernel::Ellipsoids => ("growth", 3.0),
                 Kernel::Cells => ("growth", 4.0),
                 _ if shade.quickly => ("growth", 1.0),
                 _ => ("growth", 2.0),
@@ -449,7 +450,7 @@ fn slab_pixels(view: &View, smallest_spacing: f64, settings: &SplatSettings) -> 
 /// Faces in a slab of which values are projected: those have more to them than light that adds up. Of
 /// noise, the greatest values are off by 2.0e-2 with one (as colours, rmse), by 1.2e-3 with two.
 const PROJECTED_FACES: f64 = 2.0;
-/// The same of cells, between which values bend anywhere: of noise, the greatest values are off by 1.3e-1 with two.
+/// The same of cells and ellipsoids, between which values bend anywhere: of noise, the greatest values are off by 1.3e-1 with two.
 const PROJECTED_FACES_OF_CELLS: f64 = 8.0;
 
 /// Distance between the places at which a ray's values are asked, pixels of view depth.
@@ -462,7 +463,7 @@ fn face_pixels(
     let slab = slab_pixels(view, smallest_spacing, settings);
     match settings.kernel {
         _ if !looks.variant(false).projects() => slab,
-        Kernel::Cells => slab / PROJECTED_FACES_OF_CELLS,
+        Kernel::Cells | Kernel::Ellipsoids => slab / PROJECTED_FACES_OF_CELLS,
         _ => slab / PROJECTED_FACES,
     }
 }

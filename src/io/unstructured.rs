@@ -9,6 +9,7 @@ use super::bytes::{no_samples, reserve_samples};
 use super::error::{Problem, header, quoted, unsupported};
 use crate::cells::{Cells, CellsError, Listing};
 use crate::core::memory::{self, TooLarge};
+use crate::rbf::log_densities;
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
@@ -474,7 +475,12 @@ pub(super) fn grid(
     fields.retain(|field| !field.samples.is_empty());
     axes::activate(&mut fields, active);
     if fields.is_empty() {
-        fields.push(numbers(points, cells, warnings));
+        // Vertices, or no cells at all: what points have themselves is how dense they lie.
+        let are_points_alone = listing.types.iter().all(|kind| *kind <= 2);
+        fields.push(match are_points_alone {
+            true => density(&listing.points, warnings),
+            false => numbers(points, cells, warnings),
+        });
     }
     let cells = Cells::new(listing).map_err(no_cells)?;
     let left_out = cells.census().not_finite;
@@ -494,7 +500,18 @@ fn no_cells(error: CellsError) -> Problem {
     )
 }
 
-/// A field for files without any: the cells' numbers, or the points' where there are no cells.
+/// A field for points without any.
+fn density(points: &[DVec3], warnings: &mut Vec<String>) -> Field {
+    let name = "log10 density";
+    warnings.push(format!(
+        "the file has no array of numbers: how dense its points lie stands in as the field {name:?}, the decimal logarithm of \
+         points per unit of volume"
+    ));
+    let samples = Arc::new(Samples::Float64(log_densities(points)));
+    Field { name: name.into(), components: 1, association: Association::Point, samples }
+}
+
+/// A field for files of cells without any: the cells' numbers, or the points' where there are no cells.
 fn numbers(points: usize, cells: usize, warnings: &mut Vec<String>) -> Field {
     let (name, association, count) = match cells {
         0 => ("point", Association::Point, points),

@@ -1,11 +1,15 @@
 //! The kernels there are.
 
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::{MOST_EXTENT, MOST_TENT_EXTENT, RadialKernel, Separable};
 use crate::core::names;
+use crate::core::progress::{Cancelled, Ticket};
+use crate::rbf::Encoding;
+use crate::volume::ScalarVolume;
 
 /// The least splat radius, voxels, of kernels that are products. At half the distance between samples the last digit would
 /// decide which of two counts half-way between them.
@@ -41,11 +45,14 @@ pub enum Kernel {
     /// No kernel of the samples: the cells of an unstructured or curvilinear grid themselves, by their shape functions. Of
     /// volumes that are sampled from some.
     Cells,
+    /// No kernel of the samples: the mean of ellipsoids about scattered points, or the points of cells, each as wide as its
+    /// neighbours lie apart. Of volumes that have such points.
+    Ellipsoids,
 }
 
 names!(
     /// The cheapest first.
-    Kernel[9] {
+    Kernel[10] {
         Point => "point",
         Nearest => "nearest",
         Linear => "linear",
@@ -55,6 +62,7 @@ names!(
         BSpline => "bspline",
         Functions => "functions",
         Cells => "cells",
+        Ellipsoids => "ellipsoids",
     }
 );
 
@@ -63,7 +71,7 @@ impl Kernel {
     /// not apply.
     pub fn natural_extent(self) -> Option<f64> {
         match self {
-            Self::Point | Self::Nearest | Self::Functions | Self::Cells => None,
+            Self::Point | Self::Nearest | Self::Functions | Self::Cells | Self::Ellipsoids => None,
             Self::Linear => Some(1.0),
             Self::Gaussian | Self::BSpline => Some(2.0),
             Self::Cubic | Self::Gouraud => Some(1.556),
@@ -99,7 +107,7 @@ impl Kernel {
     /// Samples to either side of a place, along each axis, that engines weigh there.
     pub fn window(self, extent: Option<f64>) -> usize {
         match self {
-            Self::Point | Self::Nearest | Self::Functions | Self::Cells => 1,
+            Self::Point | Self::Nearest | Self::Functions | Self::Cells | Self::Ellipsoids => 1,
             Self::Linear if self.stretch(extent) == 1.0 => 1,
             Self::Linear | Self::BSpline => 2,
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=16")]
@@ -114,7 +122,7 @@ impl Kernel {
     pub fn reach(self, extent: Option<f64>) -> f64 {
         match self {
             Self::Point | Self::Nearest => 0.5,
-            Self::Functions | Self::Cells => 1.0,
+            Self::Functions | Self::Cells | Self::Ellipsoids => 1.0,
             Self::Linear | Self::BSpline => {
                 Separable::new(self, extent).map_or(1.0, Separable::radius)
             }
@@ -129,9 +137,25 @@ impl Kernel {
         matches!(self, Self::Linear | Self::BSpline)
     }
 
-    /// Whether it weighs samples: basis functions and cells are drawn themselves.
+    /// Whether it weighs samples: basis functions, cells and points are drawn themselves.
     pub fn is_of_samples(self) -> bool {
-        !matches!(self, Self::Functions | Self::Cells)
+        !matches!(self, Self::Functions | Self::Cells | Self::Ellipsoids)
+    }
+
+    /// The functions of a volume that it draws: of an encoding, or the ellipsoids about points. Others draw none.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn functions_of(
+        self,
+        volume: &ScalarVolume,
+        ticket: &Ticket,
+    ) -> Result<Option<Arc<Encoding>>, Cancelled> {
+        match (self, &volume.functions, &volume.scattered) {
+            (Self::Functions, Some(functions), _) => Ok(Some(Arc::clone(functions))),
+            (Self::Ellipsoids, _, Some(scattered)) => scattered.ellipsoids(ticket).map(Some),
+            _ => Ok(None),
+        }
     }
 
     /// Whether it has a footprint of its own: the separable ones project to no ellipse, and what is not of samples has none.

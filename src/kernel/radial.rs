@@ -49,7 +49,8 @@ impl RadialKernel {
             | Kernel::Linear
             | Kernel::BSpline
             | Kernel::Functions
-            | Kernel::Cells => return None,
+            | Kernel::Cells
+            | Kernel::Ellipsoids => return None,
             Kernel::Gaussian => Shape::Gaussian,
             Kernel::Cubic | Kernel::Gouraud => Shape::Cubic,
         };

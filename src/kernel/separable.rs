@@ -36,7 +36,8 @@ impl Separable {
             | Kernel::Cubic
             | Kernel::Gouraud
             | Kernel::Functions
-            | Kernel::Cells => return None,
+            | Kernel::Cells
+            | Kernel::Ellipsoids => return None,
         };
         let extent = extent.filter(|e| e.is_finite() && *e > 0.0);
         Some(Self { shape, scale: kernel.scale(extent) })

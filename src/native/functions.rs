@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use super::bricks::ends;
 use super::in_order::look;
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose, exponential};
+use super::lattice::NOTHING;
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::Bounds;
-use crate::rbf::{Basis, Encoding, Function, Listed};
+use crate::rbf::{Basis, Blend, Encoding, Function, Listed};
 use crate::volume::Lattice;
 
 /// A function, in index space.
@@ -99,7 +100,12 @@ impl Functions {
         self.listed.basis
     }
 
-    /// The sums at the samples, x fastest.
+    /// Whether they are weighed against each other rather than summed up.
+    pub(super) fn is_mean(&self) -> bool {
+        self.listed.blend == Blend::Mean
+    }
+
+    /// The values at the samples, x fastest.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -128,11 +134,15 @@ impl Functions {
         }
     }
 
-    /// Widens bounds of the sums at samples until the sums between these lie in them.
+    /// Takes bounds of the values at samples to those of the values between these.
     ///
     /// # Errors
     /// [`Cancelled`].
-    pub(super) fn widen(&self, bounds: &mut Bounds, ticket: &Ticket) -> Result<(), Cancelled> {
+    pub(super) fn bound(&self, bounds: &mut Bounds, ticket: &Ticket) -> Result<(), Cancelled> {
+        if self.is_mean() {
+            bounds.set_to_boxes(self.listed.boxes(), (-1.0, 0.0), NOTHING);
+            return ticket.checkpoint(1, 1);
+        }
         let dims = self.listed.dims;
         let slacks: Result<Vec<f64>, Cancelled> = (0..bounds.ranges.len())
             .into_par_iter()
@@ -183,7 +193,7 @@ impl Functions {
         at.to_array()
     }
 
-    /// The sums at places. Not inlined: its loop is long, and many ask.
+    /// The values at places. Not inlined: its loop is long, and many ask.
     #[inline(never)]
     pub(super) fn value<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
         simd.vectorize(
@@ -194,25 +204,22 @@ impl Functions {
 
     #[inline(always)]
     fn value_at<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
-        let cells = self.cells_of(simd, place);
-        let mut sum = all(simd, 0.0);
-        let mut left = Left::all();
-        while let Some((cell, here)) = left.next(simd, &cells) {
-            for &i in self.list(cell) {
-                let function = &self.all[i as usize];
-                let offset = function.widths(function.offset(place));
-                let square = offset.dot(offset);
-                let within = square.simd_le(all(simd, function.reach)) & here;
-                if any(within) {
-                    let value = basis_of(simd, self.basis(), square) * function.weight;
-                    sum += choose(within, value, all(simd, 0.0));
-                }
-            }
-        }
-        sum
+        let zero = all(simd, 0.0);
+        let (mut sum, mut total) = (zero, zero);
+        self.each(
+            simd,
+            place,
+            #[inline(always)]
+            |function, _, square, within| {
+                let phi = choose(within, basis_of(simd, self.basis(), square), zero);
+                sum += phi * function.weight;
+                total += phi;
+            },
+        );
+        if self.is_mean() { mean(simd, sum, total) } else { sum }
     }
 
-    /// The sums' growth per index at places: Σ 2 w φ′(r²) Sᵀ S (x − c).
+    /// The values' growth per index at places. Of a sum Σ 2 w φ′(r²) Sᵀ S (x − c), of a mean the same of w − s, by Σ φ.
     #[inline(never)]
     pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
         simd.vectorize(
@@ -223,8 +230,47 @@ impl Functions {
 
     #[inline(always)]
     fn gradient_at<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
+        let (zero, none) = (all(simd, 0.0), Vec3::splat(simd, [0.0; 3]));
+        let (mut growth, mut of_total) = (none, none);
+        let (mut sum, mut total) = (zero, zero);
+        let is_mean = self.is_mean();
+        self.each(
+            simd,
+            place,
+            #[inline(always)]
+            |function, offset, square, within| {
+                let phi = choose(within, basis_of(simd, self.basis(), square), zero);
+                let slope = match self.basis() {
+                    Basis::Gaussian | Basis::Ellipsoid => phi,
+                    Basis::Multiquadric => phi * phi * phi,
+                };
+                growth = growth.add(function.turned(offset.scaled(slope * -function.weight)));
+                if is_mean {
+                    of_total = of_total.add(function.turned(offset.scaled(-slope)));
+                    sum += phi * function.weight;
+                    total += phi;
+                }
+            },
+        );
+        if !is_mean {
+            return growth;
+        }
+        let is_there = total.simd_gt(zero);
+        let share =
+            choose(is_there, all(simd, 1.0) / choose(is_there, total, all(simd, 1.0)), zero);
+        growth.add(of_total.scaled(-(sum * share))).scaled(share)
+    }
+
+    /// Calls `visit` with each function that reaches any of some places, their offsets in widths, these squared, and which
+    /// it reaches.
+    #[inline(always)]
+    fn each<S: Simd>(
+        &self,
+        simd: S,
+        place: Vec3<S>,
+        mut visit: impl FnMut(&Summand, Vec3<S>, Lanes<S>, Mask<S>),
+    ) {
         let cells = self.cells_of(simd, place);
-        let mut sum = Vec3::splat(simd, [0.0; 3]);
         let mut left = Left::all();
         while let Some((cell, here)) = left.next(simd, &cells) {
             for &i in self.list(cell) {
@@ -233,18 +279,18 @@ impl Functions {
                 let square = offset.dot(offset);
                 let within = square.simd_le(all(simd, function.reach)) & here;
                 if any(within) {
-                    let phi = basis_of(simd, self.basis(), square);
-                    let slope = match self.basis() {
-                        Basis::Gaussian | Basis::Ellipsoid => phi,
-                        Basis::Multiquadric => phi * phi * phi,
-                    };
-                    let slope = choose(within, slope * -function.weight, all(simd, 0.0));
-                    sum = sum.add(function.turned(offset.scaled(slope)));
+                    visit(function, offset, square, within);
                 }
             }
         }
-        sum
     }
+}
+
+/// Σ w φ / Σ φ; nowhere where no function reaches.
+#[inline(always)]
+pub(super) fn mean<S: Simd>(simd: S, sum: Lanes<S>, total: Lanes<S>) -> Lanes<S> {
+    let is_there = total.simd_gt(all(simd, 0.0));
+    choose(is_there, sum / choose(is_there, total, all(simd, 1.0)), all(simd, NOTHING))
 }
 
 /// Rays whose cell was not looked at yet.

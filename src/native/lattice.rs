@@ -56,7 +56,7 @@ pub(super) enum Method {
     Linear,
     /// Any other kernel, or width.
     Other,
-    /// Basis functions, of which there are no samples.
+    /// Basis functions and ellipsoids, of which there are no samples.
     Functions,
     /// Cells, alike.
     Cells,
@@ -93,9 +93,11 @@ impl Lattice {
         let own = Own::of(source, kernel, bias, ticket)?;
         match &own {
             // They may have been fitted to the samples.
-            Some(Own::Functions(functions)) => values = functions.at_samples(ticket)?,
-            // Samples outside of all cells are nowhere.
-            Some(Own::Cells(_)) => holes = None,
+            Some(Own::Functions(functions)) if !functions.is_mean() => {
+                values = functions.at_samples(ticket)?;
+            }
+            // Samples outside of all cells, and beside all points, are nowhere.
+            Some(Own::Cells(_) | Own::Functions(_)) => holes = None,
             None => {}
         }
         let pad = kernel.window(extent);
@@ -164,7 +166,7 @@ impl Lattice {
         match self.kernel {
             Kernel::BSpline if self.stretch == 1.0 => Method::BSpline,
             Kernel::Linear if self.stretch == 1.0 => Method::Linear,
-            Kernel::Functions => Method::Functions,
+            Kernel::Functions | Kernel::Ellipsoids => Method::Functions,
             Kernel::Cells => Method::Cells,
             _ => Method::Other,
         }
@@ -507,8 +509,8 @@ impl Lattice {
     #[inline(always)]
     pub(super) fn is_nothing<S: Simd>(simd: S, method: Method, value: Lanes<S>) -> Mask<S> {
         match method {
-            Method::BSpline | Method::Linear | Method::Functions => Mask::splat(simd, false),
-            Method::Other | Method::Cells => value.simd_eq(all(simd, NOTHING)),
+            Method::BSpline | Method::Linear => Mask::splat(simd, false),
+            Method::Other | Method::Functions | Method::Cells => value.simd_eq(all(simd, NOTHING)),
         }
     }
 }

@@ -41,8 +41,8 @@ pub(super) struct Found<S: Simd> {
     pub value: Lanes<S>,
     /// Of the value per index, where it came with it.
     pub growth: Option<Vec3<S>>,
-    /// Of cells, in the slab behind the face: the nearest and the farthest place where the ray passes their border, and the
-    /// values there.
+    /// Of cells and means, in the slab behind the face: the nearest and the farthest place where the ray passes their border,
+    /// and the values there.
     pub border: [Lanes<S>; 4],
 }
 
@@ -50,9 +50,14 @@ impl<S: Simd> Found<S> {
     /// A value, and nothing else.
     #[inline(always)]
     pub(super) fn of(simd: S, value: Lanes<S>) -> Self {
-        let nowhere = [all(simd, 1e30), all(simd, -1e30), all(simd, 0.0), all(simd, 0.0)];
-        Self { value, growth: None, border: nowhere }
+        Self { value, growth: None, border: no_border(simd) }
     }
+}
+
+/// The border of what has none.
+#[inline(always)]
+pub(super) fn no_border<S: Simd>(simd: S) -> [Lanes<S>; 4] {
+    [all(simd, 1e30), all(simd, -1e30), all(simd, 0.0), all(simd, 0.0)]
 }
 
 impl Own {
@@ -66,12 +71,12 @@ impl Own {
         bias: f64,
         ticket: &Ticket,
     ) -> Result<Option<Self>, Cancelled> {
-        Ok(match (kernel, &volume.functions, &volume.cells) {
-            (Kernel::Functions, Some(encoding), _) => {
-                let found = Functions::new(encoding, &volume.lattice, ticket)?;
-                Some(Self::Functions(Box::new(found)))
-            }
-            (Kernel::Cells, _, Some(field)) => {
+        if let Some(encoding) = kernel.functions_of(volume, ticket)? {
+            let found = Functions::new(&encoding, &volume.lattice, ticket)?;
+            return Ok(Some(Self::Functions(Box::new(found))));
+        }
+        Ok(match &volume.cells {
+            Some(field) if kernel == Kernel::Cells => {
                 let found = Solids::new(field, &volume.lattice, bias, ticket)?;
                 Some(Self::Cells(Box::new(found)))
             }
@@ -90,7 +95,7 @@ impl Own {
         ticket: &Ticket,
     ) -> Result<(), Cancelled> {
         match self {
-            Self::Functions(functions) => functions.widen(bounds, ticket),
+            Self::Functions(functions) => functions.bound(bounds, ticket),
             Self::Cells(cells) => {
                 cells.bound(bounds, bias);
                 ticket.checkpoint(1, 1)
@@ -159,7 +164,7 @@ impl<S: Simd> OwnAlong<'_, S> {
         t: Lanes<S>,
     ) -> Found<S> {
         match self {
-            Self::Functions(sums) => Found::of(simd, sums.at(simd, packet, which, t)),
+            Self::Functions(sums) => sums.at(simd, packet, which, t),
             Self::Cells(cells) => cells.at(simd, packet, which, t),
         }
     }

@@ -110,7 +110,7 @@ impl Rays {
         let slab = slab_thickness(plan);
         let faces = match (plan.inside.along, plan.mode.kernel) {
             (AlongRay::Composite, _) => 1.0,
-            (_, Kernel::Cells) => PROJECTED_FACES_OF_CELLS,
+            (_, Kernel::Cells | Kernel::Ellipsoids) => PROJECTED_FACES_OF_CELLS,
             _ => PROJECTED_FACES,
         };
         Self {

@@ -7,9 +7,11 @@
 
 use fearless_simd::{Simd, prelude::*};
 
-use super::functions::{Functions, basis_of};
+use super::functions::{Functions, basis_of, mean};
 use super::landed::{Entry, Landed};
 use super::lanes::{Lanes, all, any, choose, exponential, logarithm};
+use super::lattice::NOTHING;
+use super::own::{Found, no_border};
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
 use super::window::{FACES, Window};
@@ -62,12 +64,15 @@ impl Asked {
     }
 }
 
-/// The sums of eight rays, at some faces (middles, means) after one another.
+/// The values of eight rays, at some faces (middles, means) after one another.
 pub(super) struct Sums<'a, S: Simd> {
     functions: &'a Functions,
     list: &'a [Entry],
     window: Window,
     values: [Lanes<S>; FACES],
+    /// Of functions that are weighed against each other: Σ φ, and see [`Found::border`].
+    totals: [Lanes<S>; FACES],
+    borders: [[Lanes<S>; 4]; FACES],
 }
 
 /// A function along eight rays, lengths in steps: exp(−(near + a τ²)/2) or its like, as far as `half` on either side.
@@ -93,10 +98,12 @@ impl<'a, S: Simd> Sums<'a, S> {
             list: landed.on(rays, corner),
             window: Window::new(asked, rays.step),
             values: [all(simd, 0.0); FACES],
+            totals: [all(simd, 0.0); FACES],
+            borders: [no_border(simd); FACES],
         }
     }
 
-    /// The sum at face `k`, at depths `t` (in the middle of the slab that begins there; its mean). Others that are asked
+    /// What lies at face `k`, at depths `t` (in the middle of the slab that begins there; its mean). Others that are asked
     /// for next lie in the direction of `way`, as far as `last`. At the borders of the lattice faces and middles are not
     /// where they would be elsewhere.
     #[inline(always)]
@@ -106,20 +113,22 @@ impl<'a, S: Simd> Sums<'a, S> {
         packet: &Packet<S>,
         which: (i32, i32, i32),
         t: Lanes<S>,
-    ) -> Lanes<S> {
+    ) -> Found<S> {
         if self.window.is_moved_to(which) {
             self.fill(simd, packet);
         }
         let (k, ..) = which;
-        let value = self.values[self.window.index(k)];
+        let i = self.window.index(k);
+        let mut found = Found { value: self.values[i], growth: None, border: self.borders[i] };
         if self.window.asked == Asked::Means {
-            return value;
+            return found;
         }
         let is_elsewhere = self.window.is_elsewhere(simd, packet, k, t);
-        if !any(is_elsewhere) {
-            return value;
+        if any(is_elsewhere) {
+            found.value =
+                choose(is_elsewhere, self.functions.value(simd, packet.at(t)), found.value);
         }
-        choose(is_elsewhere, self.functions.value(simd, packet.at(t)), value)
+        found
     }
 
     /// A function of the list, where any ray meets it between two depths.
@@ -161,15 +170,22 @@ impl<'a, S: Simd> Sums<'a, S> {
     fn fill(&mut self, simd: S, packet: &Packet<S>) {
         simd.vectorize(
             #[inline(always)]
-            || self.sum_up(simd, packet),
+            || match self.functions.is_mean() {
+                true => {
+                    self.sum_up::<true>(simd, packet);
+                    self.weigh(simd, packet);
+                }
+                false => self.sum_up::<false>(simd, packet),
+            },
         );
     }
 
     #[inline(always)]
-    fn sum_up(&mut self, simd: S, packet: &Packet<S>) {
+    fn sum_up<const MEAN: bool>(&mut self, simd: S, packet: &Packet<S>) {
         let (count, step) = (self.window.len(), self.window.step);
-        for value in &mut self.values[..count] {
-            *value = all(simd, 0.0);
+        self.values[..count].fill(all(simd, 0.0));
+        if MEAN {
+            self.totals[..count].fill(all(simd, 0.0));
         }
         let first = self.window.begin();
         let of_means = self.window.asked == Asked::Means;
@@ -196,16 +212,80 @@ impl<'a, S: Simd> Sums<'a, S> {
             if of_means {
                 self.add_means(simd, packet, &along, [low, high]);
             } else if is_gaussian {
-                self.add_gaussian(simd, (middle, &along), [low, high]);
+                self.add_gaussian::<MEAN>(simd, (middle, &along), [low, high]);
             } else {
-                self.add_each(simd, (middle, &along), [low, high]);
+                self.add_each::<MEAN>(simd, (middle, &along), [low, high]);
+            }
+        }
+    }
+
+    /// Adds φ of a function at a face.
+    #[inline(always)]
+    fn add<const MEAN: bool>(&mut self, i: usize, phi: Lanes<S>, weight: f32) {
+        self.values[i] += phi * weight;
+        if MEAN {
+            self.totals[i] += phi;
+        }
+    }
+
+    /// Makes means of sums, and finds the borders of slabs of which a face has none. The slab behind the last face always is
+    /// one: what its other face has is not known yet.
+    #[inline(always)]
+    fn weigh(&mut self, simd: S, packet: &Packet<S>) {
+        let (count, step) = (self.window.len(), self.window.step);
+        let nothing = all(simd, NOTHING);
+        let mut open = [count - 1; 2];
+        for i in 0..count {
+            self.values[i] = mean(simd, self.values[i], self.totals[i]);
+            self.borders[i] = no_border(simd);
+            if any(self.values[i].simd_eq(nothing) & packet.is_there) {
+                open = [open[0].min(i.saturating_sub(1)), open[1].max(i)];
+            }
+        }
+        if self.window.asked != Asked::Faces {
+            return;
+        }
+        let first = self.window.first() as f32;
+        let depths = [open[0], open[1] + 1].map(|i| (first + i as f32) * step);
+        let list = self.list;
+        for entry in list {
+            let Some(along) = self.along(simd, packet, entry, depths) else { continue };
+            let is_met = along.half.simd_ge(all(simd, 0.0));
+            let value = all(simd, along.weight);
+            for end in [along.middle - along.half, along.middle + along.half] {
+                let slab = end.floor() - first;
+                let far = all(simd, 1e9);
+                let low = choose(is_met, slab, far).reduce_min().max(open[0] as f32);
+                let high = choose(is_met, slab, -far).reduce_max().min(open[1] as f32);
+                if low > high {
+                    continue;
+                }
+                let t = end * step;
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "0..32"
+                )]
+                let slabs = low as usize..=high as usize;
+                for i in slabs {
+                    let here = is_met & slab.simd_eq(all(simd, i as f32));
+                    let [nearest, farthest, near_value, far_value] = self.borders[i];
+                    let is_nearer = here & t.simd_lt(nearest);
+                    let is_farther = here & t.simd_gt(farthest);
+                    self.borders[i] = [
+                        choose(is_nearer, t, nearest),
+                        choose(is_farther, t, farthest),
+                        choose(is_nearer, value, near_value),
+                        choose(is_farther, value, far_value),
+                    ];
+                }
             }
         }
     }
 
     /// Adds what a function has at faces from `low` to `high`, each by itself.
     #[inline(always)]
-    fn add_each(
+    fn add_each<const MEAN: bool>(
         &mut self,
         simd: S,
         (middle, along): (Lanes<S>, &Along<S>),
@@ -214,14 +294,14 @@ impl<'a, S: Simd> Sums<'a, S> {
         for i in low..=high {
             let off = middle - i as f32;
             let square = (off * off).mul_add(along.a, along.near);
-            let value = basis_of(simd, self.functions.basis(), square) * along.weight;
+            let phi = basis_of(simd, self.functions.basis(), square);
             let within = off.abs().simd_le(along.half);
-            self.values[i] += choose(within, value, all(simd, 0.0));
+            self.add::<MEAN>(i, choose(within, phi, all(simd, 0.0)), along.weight);
         }
     }
 
     #[inline(always)]
-    fn add_gaussian(
+    fn add_gaussian<const MEAN: bool>(
         &mut self,
         simd: S,
         (middle, along): (Lanes<S>, &Along<S>),
@@ -237,19 +317,19 @@ impl<'a, S: Simd> Sums<'a, S> {
         let flank = choose(is_met, off * off * along.a, zero) * 0.5;
         if flank.reduce_max() > STEEPEST {
             // Rays that meet it at far-away depths.
-            return self.add_each(simd, (middle, along), [low, high]);
+            return self.add_each::<MEAN>(simd, (middle, along), [low, high]);
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
         let begin = begin as usize;
         let square = (off * off).mul_add(along.a, along.near);
-        let start = exponential(simd, choose(is_met, square * -0.5, zero)) * along.weight;
+        let start = exponential(simd, choose(is_met, square * -0.5, zero));
         let shrinking = exponential(simd, -along.a);
         let slope = choose(is_met, off * along.a, zero);
         let (mut value, mut ratio) = (start, exponential(simd, -(slope + along.a * 0.5)));
         let mut place = off;
         for i in begin..=high {
             let within = place.abs().simd_le(along.half);
-            self.values[i] += choose(within, value, zero);
+            self.add::<MEAN>(i, choose(within, value, zero), along.weight);
             value *= ratio;
             ratio *= shrinking;
             place += all(simd, 1.0);
@@ -260,7 +340,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         for i in (low..begin).rev() {
             ratio *= shrinking;
             let within = place.abs().simd_le(along.half);
-            self.values[i] += choose(within, value, zero);
+            self.add::<MEAN>(i, choose(within, value, zero), along.weight);
             value *= ratio;
             place -= all(simd, 1.0);
         }

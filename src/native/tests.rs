@@ -22,7 +22,7 @@ use crate::polygons::Mesh;
 use crate::rbf::{Basis, Encoding, Function};
 use crate::scene::{self, PolygonLayer, SampleSource, Scene, SplatSettings, VectorLayer};
 use crate::transfer::{Cumulative, Weight};
-use crate::volume::{Lattice as Grid, Places, Samples, ScalarVolume, VectorField};
+use crate::volume::{Lattice as Grid, Places, Samples, ScalarVolume, Scattered, VectorField};
 
 /// Values that differ everywhere, of odd dimensions.
 fn volume(dims: [usize; 3]) -> Arc<ScalarVolume> {
@@ -173,6 +173,53 @@ fn sums_of_functions_and_their_growth_are_those_of_float64_and_lie_in_their_boun
             assert!(worst < 3e-5 && steepest < 1e-4, "{basis:?} {dims:?}: {worst} {steepest}");
         }
     }
+}
+
+#[test]
+fn means_of_ellipsoids_and_their_growth_are_those_of_float64_and_lie_in_their_bounds() {
+    let dims = [16, 37, 18];
+    let noise = volume(dims);
+    let any = |i: usize| ((i * 40_503 + 17) % 1009) as f64 / 1009.0;
+    let last = DVec3::from(dims.map(|n| n as f64 - 1.0));
+    let sample = |i: usize| {
+        // In two corners, so that some of it is near none.
+        let share = 0.45 * DVec3::new(any(3 * i), any(3 * i + 1), any(3 * i + 2));
+        let share = if i.is_multiple_of(2) { share } else { 1.0 - share };
+        (noise.lattice.world_from_index(share * last), 500.0 + 100.0 * any(7 * i))
+    };
+    let scattered = Scattered::new((0..120).map(sample).collect()).map(Arc::new);
+    let volume = Arc::new(ScalarVolume { scattered, ..(*noise).clone() });
+    let scattered = volume.scattered.as_ref().expect("it has some");
+    let encoding = scattered.ellipsoids(&Ticket::new()).expect("not cancelled");
+    let lattice = lattice(&volume, Kernel::Ellipsoids);
+    let (mut inside, mut outside) = (0, 0);
+    let (mut worst, mut steepest) = (0.0_f64, 0.0_f64);
+    let places: Vec<[f32; 3]> = places(dims).collect();
+    for eight in places.chunks_exact(8) {
+        let (values, growth) = asked(&lattice, eight);
+        for (i, place) in eight.iter().enumerate() {
+            let world = volume.lattice.world_from_index(DVec3::from(place.map(f64::from)));
+            let expected = encoding.value(world);
+            let is_there = values[i] > super::lattice::NOTHING;
+            assert_eq!(is_there, !expected.is_nan(), "{place:?}");
+            let growth = DVec3::from(growth.map(|g| f64::from(g[i])));
+            if !is_there {
+                outside += 1;
+                assert_eq!(growth, DVec3::ZERO);
+                continue;
+            }
+            inside += 1;
+            worst = worst.max((f64::from(values[i]) + lattice.bias - expected).abs());
+            let expected = volume.lattice.axes().transpose() * encoding.gradient(world);
+            steepest = steepest.max((growth - expected).length());
+            let [low, high] = range_about(&lattice.bricks, *place);
+            assert!((low..=high).contains(&values[i]), "{place:?}");
+        }
+    }
+    assert!(inside > 300 && outside > 300, "{inside} {outside}");
+    println!("measured {worst} {steepest}");
+    // Of values of 500 to 600.
+    assert!(worst < 1e-3 && steepest < 1e-2, "{worst} {steepest}");
 }
 
 /// Hexahedra about most of a lattice, bent, with values of their own; the middle one is not there.

@@ -317,9 +317,10 @@ impl Scene<'_> {
             };
             if W::CUT || have >= 3 {
                 let (mut near, mut far) = (near, far);
-                if method == Method::Cells {
+                let are_there = near.is_there & far.is_there;
+                if method.is_own() {
                     // Nearer to the eye, whatever comes first.
-                    let of = (*lattice, *table, packet);
+                    let of = (*lattice, *table, packet, (method, is_shaded));
                     match back {
                         true => trim(simd, of, [&mut far, &mut near]),
                         false => trim(simd, of, [&mut near, &mut far]),
@@ -327,7 +328,7 @@ impl Scene<'_> {
                 }
                 // The parabola has the mean of the cubic through four faces.
                 let is_whole = (here.t - before.t).abs().simd_ge(all(simd, WHOLE_SLABS * step));
-                let is_whole = is_whole & before.is_there & here.is_there;
+                let is_whole = is_whole & before.is_there & are_there & here.is_there;
                 // Where values are straight between the points of cells there is nothing that bends.
                 let is_whole = is_whole & Mask::splat(simd, method != Method::Cells);
                 let is_fine = !W::CUT || (before.level | near.level | far.level | here.level) == 0;
@@ -573,16 +574,16 @@ struct Face<S: Simd> {
     /// Of the field that it was found in.
     level: u8,
     is_there: Mask<S>,
-    /// Of cells, see [`Found::border`].
+    /// See [`Found::border`].
     border: [Lanes<S>; 4],
 }
 
-/// Takes the faces of a slab that lie outside all cells to where it enters and leaves them: the one nearer to the eye comes
+/// Takes the faces of a slab that lie outside all cells, or beside all points, to where it enters and leaves these: the one nearer to the eye comes
 /// first, whatever is drawn first.
 #[inline(always)]
 fn trim<S: Simd>(
     simd: S,
-    (lattice, table, packet): (&Lattice, &Table, &Packet<S>),
+    (lattice, table, packet, (method, is_shaded)): (&Lattice, &Table, &Packet<S>, (Method, bool)),
     [near, far]: [&mut Face<S>; 2],
 ) {
     let (begins, ends) = (!near.is_there, !far.is_there);
@@ -593,12 +594,17 @@ fn trim<S: Simd>(
     let is_within = nearest.simd_ge(near.t) & farthest.simd_le(far.t) & nearest.simd_le(farthest);
     let (begins, ends) = (begins & is_within, ends & is_within);
     // What is there grows as the other face does; between two that are not there, as in the middle.
+    if is_shaded {
+        for face in [&mut *near, &mut *far] {
+            face.growth(simd, (lattice, method, &None), packet);
+        }
+    }
     let mut known = (near.growth, far.growth);
     let is_thin = begins & ends;
     if let (Some(of_near), Some(of_far)) = (&mut known.0, &mut known.1)
         && any(is_thin)
     {
-        let middle = lattice.gradient(simd, Method::Cells, packet.at((nearest + farthest) * 0.5));
+        let middle = lattice.gradient(simd, method, packet.at((nearest + farthest) * 0.5));
         for growth in [of_near, of_far] {
             *growth = Vec3::choose(is_thin, middle, *growth);
         }

@@ -1,6 +1,7 @@
 //! A sum of functions, and the tree in which it is evaluated.
 
 use std::fmt;
+use std::sync::OnceLock;
 
 use glam::{BVec3, DVec3};
 use rayon::prelude::*;
@@ -58,17 +59,31 @@ impl Errors {
     }
 }
 
-/// The sum s(x) = b + Σ wᵢ φ(|Sᵢ (x − cᵢ)|) in a box. Each function counts only where it is at least ε.
+/// How functions that overlap make one value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Blend {
+    /// Their sum (Jang).
+    #[default]
+    Sum,
+    /// Their mean, each weighed by how near it is: Σ wᵢ φᵢ / Σ φᵢ (Shepard). A constant stays one; nothing is where none
+    /// reaches.
+    Mean,
+}
+
+/// The sum s(x) = b + Σ wᵢ φ(|Sᵢ (x − cᵢ)|) in a box, or the mean of the weights by φ. Each function counts only where it is
+/// at least ε.
 #[derive(Debug, Clone)]
 pub struct Encoding {
     basis: Basis,
+    blend: Blend,
     bias: f64,
     epsilon: f64,
     functions: Vec<Function>,
     /// The squared distance, in widths, at which each ends.
     reaches: Vec<f64>,
     bounds: [DVec3; 2],
-    tree: Cell,
+    /// Made once a value is asked for: pictures have lists of their own.
+    tree: OnceLock<Cell>,
 }
 
 /// A box, and what reaches it.
@@ -81,7 +96,7 @@ enum Cell {
 }
 
 impl Encoding {
-    /// Of functions within a box. Those whose weight is ε at most reach nowhere, and are dropped.
+    /// A sum of functions within a box. Those whose weight is ε at most reach nowhere, and are dropped.
     pub fn new(
         basis: Basis,
         bias: f64,
@@ -91,18 +106,28 @@ impl Encoding {
     ) -> Self {
         let reaching =
             functions.into_iter().filter_map(|f| Some((f, basis.reach_square(f.weight, epsilon)?)));
-        let (functions, reaches): (Vec<Function>, Vec<f64>) = reaching.unzip();
-        let all: Vec<u32> = (0..functions.len() as u32).collect();
-        let boxes: Vec<[DVec3; 2]> = functions
-            .iter()
-            .zip(&reaches)
-            .map(|(f, reach)| {
-                let half = f.half_box(*reach);
-                [f.centre - half, f.centre + half]
-            })
-            .collect();
-        let tree = Cell::of(touching(&all, &boxes, bounds), &boxes, bounds, 0);
-        Self { basis, bias, epsilon, functions, reaches, bounds, tree }
+        let (functions, reaches) = reaching.unzip();
+        let blend = Blend::Sum;
+        Self { basis, blend, bias, epsilon, functions, reaches, bounds, tree: OnceLock::new() }
+    }
+
+    /// The mean of ellipsoidal Gaussians, each of which ends at so many widths from its centre; it is told in the box about
+    /// all of them. Their weights are less the bias.
+    pub fn mean(bias: f64, reach: f64, functions: Vec<Function>) -> Self {
+        let (basis, blend) = (Basis::Ellipsoid, Blend::Mean);
+        let reaches = vec![reach * reach; functions.len()];
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let bounds = functions.iter().fold(none, |[low, high], function| {
+            let half = function.half_box(reach * reach);
+            [low.min(function.centre - half), high.max(function.centre + half)]
+        });
+        let epsilon = basis.of_square(reach * reach);
+        Self { basis, blend, bias, epsilon, functions, reaches, bounds, tree: OnceLock::new() }
+    }
+
+    /// How functions that overlap make one value.
+    pub fn blend(&self) -> Blend {
+        self.blend
     }
 
     /// What its functions look like.
@@ -130,13 +155,13 @@ impl Encoding {
         self.bounds
     }
 
-    /// The sum at a place. Beyond the box, where there is no tree, all functions are looked at.
+    /// The value at a place; not a number where none is. Beyond the box, where there is no tree, all functions are looked at.
     pub fn value(&self, at: DVec3) -> f64 {
         let mut bounds = self.bounds;
         if at.cmplt(bounds[0]).any() || at.cmpgt(bounds[1]).any() {
-            return self.bias + (0..self.functions.len()).map(|i| self.share(i, at)).sum::<f64>();
+            return self.blended(0..self.functions.len(), at);
         }
-        let mut cell = &self.tree;
+        let mut cell = self.tree();
         let list = loop {
             match cell {
                 Cell::Leaf(list) => break list,
@@ -146,23 +171,44 @@ impl Encoding {
                 }
             }
         };
-        self.bias + list.iter().map(|i| self.share(*i as usize, at)).sum::<f64>()
+        self.blended(list.iter().map(|i| *i as usize), at)
     }
 
-    /// How the sum grows at a place, per world length along each axis: Σ 2 w φ′ Sᵀ S (x − c), φ′ by the
-    /// squared distance.
+    /// What some functions make of a place.
+    fn blended(&self, all: impl Iterator<Item = usize>, at: DVec3) -> f64 {
+        let (sum, total) = all.fold((0.0, 0.0), |(sum, total), i| {
+            let phi = self.phi(i, at);
+            (sum + self.functions[i].weight * phi, total + phi)
+        });
+        match self.blend {
+            Blend::Sum => self.bias + sum,
+            Blend::Mean if total > 0.0 => self.bias + sum / total,
+            Blend::Mean => f64::NAN,
+        }
+    }
+
+    /// How the value grows at a place, per world length along each axis. Of a sum Σ 2 w φ′ Sᵀ S (x − c), φ′ by the squared
+    /// distance; of a mean the same of w − s, by Σ φ.
     pub fn gradient(&self, at: DVec3) -> DVec3 {
-        let all = 0..self.functions.len();
-        all.map(|i| {
-            let function = &self.functions[i];
+        let (own, scale) = match self.blend {
+            Blend::Sum => (0.0, 1.0),
+            Blend::Mean => {
+                let total: f64 = (0..self.functions.len()).map(|i| self.phi(i, at)).sum();
+                if total <= 0.0 {
+                    return DVec3::ZERO;
+                }
+                (self.value(at) - self.bias, total.recip())
+            }
+        };
+        let growth = |(function, reach): (&Function, &f64)| {
             let square = function.square(at);
-            if square > self.reaches[i] {
+            if square > *reach {
                 return DVec3::ZERO;
             }
             let along = function.shape.transpose() * (function.shape * (at - function.centre));
-            2.0 * function.weight * self.basis.slope(square) * along
-        })
-        .sum()
+            2.0 * (function.weight - own) * self.basis.slope(square) * along
+        };
+        self.functions.iter().zip(&self.reaches).map(growth).sum::<DVec3>() * scale
     }
 
     /// The squared distance, in widths, at which each function ends.
@@ -170,14 +216,23 @@ impl Encoding {
         &self.reaches
     }
 
-    /// What a function gives at a place.
-    fn share(&self, index: usize, at: DVec3) -> f64 {
-        let function = &self.functions[index];
-        let square = function.square(at);
-        if square > self.reaches[index] {
-            return 0.0;
-        }
-        function.weight * self.basis.of_square(square)
+    /// φ of a function at a place; 0 where it does not reach.
+    fn phi(&self, index: usize, at: DVec3) -> f64 {
+        let square = self.functions[index].square(at);
+        if square > self.reaches[index] { 0.0 } else { self.basis.of_square(square) }
+    }
+
+    fn tree(&self) -> &Cell {
+        self.tree.get_or_init(|| {
+            #[expect(clippy::cast_possible_truncation, reason = "fewer functions than 2^32")]
+            let all: Vec<u32> = (0..self.functions.len() as u32).collect();
+            let about = |(function, reach): (&Function, &f64)| {
+                let half = function.half_box(*reach);
+                [function.centre - half, function.centre + half]
+            };
+            let boxes: Vec<_> = self.functions.iter().zip(&self.reaches).map(about).collect();
+            Cell::of(touching(&all, &boxes, self.bounds), &boxes, self.bounds, 0)
+        })
     }
 
     /// The values at many places.
@@ -209,7 +264,7 @@ impl Encoding {
 
     /// How many cells its tree has.
     pub fn cells(&self) -> usize {
-        self.tree.count()
+        self.tree().count()
     }
 }
 

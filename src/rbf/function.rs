@@ -98,6 +98,11 @@ pub struct Function {
 }
 
 impl Function {
+    /// About a centre, where `shape` takes an offset to one in widths, turned anyhow.
+    pub fn about(centre: DVec3, shape: DMat3, weight: f64) -> Self {
+        Self { centre, shape: triangular(shape), weight }
+    }
+
     /// The squared distance of a place, in widths.
     pub fn square(&self, at: DVec3) -> f64 {
         (self.shape * (at - self.centre)).length_squared()
@@ -107,7 +112,7 @@ impl Function {
     #[must_use]
     pub fn seen_from(&self, axes: DMat3, origin: DVec3) -> Self {
         let centre = axes.inverse() * (self.centre - origin);
-        Self { centre, shape: triangular(self.shape * axes), weight: self.weight }
+        Self::about(centre, self.shape * axes, self.weight)
     }
 
     /// Half the sides of the box about all places within a squared distance, world. For |S d| ≤ r these are r times the lengths

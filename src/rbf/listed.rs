@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use glam::{DMat3, DVec3};
 
-use super::encoding::Encoding;
+use super::encoding::{Blend, Encoding};
 use super::function::{Basis, Function};
 use crate::core::progress::{Cancelled, Ticket};
 
@@ -24,6 +24,8 @@ const A_PART: usize = 1 << 10;
 pub struct Listed {
     /// What the functions look like.
     pub basis: Basis,
+    /// How those that overlap make one value.
+    pub blend: Blend,
     /// Where functions end.
     pub epsilon: f64,
     /// The functions, in index space.
@@ -78,8 +80,8 @@ impl Listed {
             lists[*at as usize] = function;
             *at += 1;
         }
-        let (basis, epsilon) = (encoding.basis(), encoding.epsilon());
-        Ok(Self { basis, epsilon, functions, reaches, dims, edge, cells, starts, lists })
+        let (basis, blend, epsilon) = (encoding.basis(), encoding.blend(), encoding.epsilon());
+        Ok(Self { basis, blend, epsilon, functions, reaches, dims, edge, cells, starts, lists })
     }
 
     /// Bytes of memory.
@@ -94,6 +96,14 @@ impl Listed {
     fn list(&self, [x, y, z]: [usize; 3]) -> &[u32] {
         let cell = (z * self.cells[1] + y) * self.cells[0] + x;
         &self.lists[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    /// Boxes about the functions of a mean, each with its weight: no value is beyond those of the functions that reach it.
+    pub fn boxes(&self) -> impl Iterator<Item = ([DVec3; 2], [f64; 2])> {
+        self.functions.iter().zip(&self.reaches).map(|(function, reach)| {
+            let half = function.half_box(*reach);
+            ([function.centre - half, function.centre + half], [function.weight; 2])
+        })
     }
 
     /// The sum at a place of index space in the lattice, less the bias.

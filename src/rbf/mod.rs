@@ -8,6 +8,7 @@ mod encode;
 mod encoding;
 mod function;
 mod listed;
+mod neighbours;
 mod points;
 mod refine;
 mod solve;
@@ -16,7 +17,8 @@ mod tests;
 
 pub use encode::{EncodeError, Goal, Step, encode};
 pub(crate) use encoding::four_digits;
-pub use encoding::{Encoding, Errors};
+pub use encoding::{Blend, Encoding, Errors};
 pub use function::{Basis, Function};
 pub use listed::Listed;
+pub use neighbours::log_densities;
 pub use points::Points;

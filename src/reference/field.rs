@@ -6,6 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cells::Cells;
+use super::sources::Line;
+use crate::core::progress::Ticket;
 use crate::kernel::{Kernel, RadialKernel};
 use crate::rbf::Encoding;
 use crate::scene::Reconstruction;
@@ -29,6 +31,8 @@ pub(super) enum Shape {
     Radial(RadialKernel),
     /// The sum of basis functions.
     Functions,
+    /// The mean of ellipsoids about points.
+    Ellipsoids,
     /// What cells have.
     Cells,
 }
@@ -106,6 +110,7 @@ impl Shape {
             Kernel::Point => None,
             Kernel::Nearest => Some(Self::Nearest),
             Kernel::Functions => Some(Self::Functions),
+            Kernel::Ellipsoids => Some(Self::Ellipsoids),
             Kernel::Cells => Some(Self::Cells),
             Kernel::Linear | Kernel::BSpline => {
                 let is_tent = kernel == Kernel::Linear;
@@ -125,14 +130,16 @@ impl Shape {
         match self {
             Self::Separable(basis) => Some((basis, 1.0)),
             Self::Scaled(basis, scale) => Some((basis, scale)),
-            Self::Nearest | Self::Radial(_) | Self::Functions | Self::Cells => None,
+            Self::Nearest | Self::Radial(_) | Self::Functions | Self::Ellipsoids | Self::Cells => {
+                None
+            }
         }
     }
 
     /// How far from a sample its kernel reaches along an axis, voxels.
     pub(super) fn reach(self) -> f64 {
         match self {
-            Self::Nearest | Self::Functions | Self::Cells => 0.5,
+            Self::Nearest | Self::Functions | Self::Ellipsoids | Self::Cells => 0.5,
             Self::Separable(basis) => basis.reach(),
             Self::Scaled(basis, scale) => (scale * basis.reach()).max(0.5),
             Self::Radial(kernel) => kernel.radius(),
@@ -160,6 +167,8 @@ pub(super) struct Field {
     functions: Option<(Arc<Encoding>, Lattice)>,
     /// What is looked into in their place.
     pub(super) cells: Option<Cells>,
+    /// Whether it ends somewhere within the lattice: where cells do, or ellipsoids about points.
+    pub(super) has_borders: bool,
     /// Samples without data, if any.
     holes: Option<Vec<bool>>,
     bricks: [usize; 3],
@@ -182,20 +191,30 @@ impl Field {
                 Shape::Radial(kernel) => sharpen(&mut values, dims, kernel),
                 Shape::Nearest
                 | Shape::Functions
+                | Shape::Ellipsoids
                 | Shape::Cells
                 | Shape::Separable(Basis::Tent)
                 | Shape::Scaled(Basis::Tent, _) => {}
             }
         }
         let bricks = dims.map(|n| n.div_ceil(BRICK));
-        let functions = volume.functions.clone().filter(|_| shape == Shape::Functions);
+        let functions = match shape {
+            Shape::Functions => volume.functions.clone(),
+            // Nobody cancels a fresh ticket.
+            Shape::Ellipsoids => {
+                volume.scattered.as_ref().and_then(|all| all.ellipsoids(&Ticket::new()).ok())
+            }
+            _ => None,
+        };
         let functions = functions.map(|functions| (functions, volume.lattice));
         let cells = volume.cells.clone().filter(|_| shape == Shape::Cells);
         let cells = cells.map(|cells| Cells::new(cells, volume.lattice));
-        // Samples lie outside of all cells, which is nowhere, rather than a hole.
-        let holes = holes.filter(|_| cells.is_none());
+        // Samples outside of all cells, and beside all points, are nowhere rather than holes.
+        let has_borders = cells.is_some() || shape == Shape::Ellipsoids;
+        let holes = holes.filter(|_| !has_borders);
         let ranges = Vec::new();
-        let mut field = Self { dims, shape, values, functions, cells, holes, bricks, ranges };
+        let mut field =
+            Self { dims, shape, values, functions, cells, has_borders, holes, bricks, ranges };
         field.ranges = (0..bricks.iter().product())
             .into_par_iter()
             .map(|b| {
@@ -207,7 +226,7 @@ impl Field {
 
     /// Kernels weigh without sign, so that values lie between those of the samples in reach.
     fn range(&self, brick: [usize; 3]) -> [f64; 2] {
-        if matches!(self.shape, Shape::Functions | Shape::Cells) {
+        if matches!(self.shape, Shape::Functions | Shape::Ellipsoids | Shape::Cells) {
             // Anything.
             return [f64::NEG_INFINITY, f64::INFINITY];
         }
@@ -289,6 +308,26 @@ impl Field {
         })
     }
 
+    /// Where a part of a ray passes what may be a border: the faces of cells, or the surfaces of ellipsoids; in no order.
+    pub(super) fn crossings(&self, line: &Line, [a, b]: [f64; 2]) -> Vec<f64> {
+        if let Some(cells) = &self.cells {
+            return cells.crossings(line, [a, b]);
+        }
+        let Some((functions, lattice)) = self.functions.as_ref().filter(|_| self.has_borders)
+        else {
+            return Vec::new();
+        };
+        let (start, step) = (lattice.world_from_index(line.start), lattice.axes() * line.step);
+        let ends = functions.functions().iter().zip(functions.reaches()).flat_map(|(f, reach)| {
+            // |S (start + t step − c)|² = reach.
+            let (from, by) = (f.shape * (start - f.centre), f.shape * step);
+            let (two, one) = (by.length_squared(), from.dot(by));
+            let root = (one * one - two * (from.length_squared() - reach)).sqrt();
+            [(-one - root) / two, (-one + root) / two]
+        });
+        ends.filter(|t| *t > a && *t < b).collect()
+    }
+
     /// The growth per index of what has a derivative in closed form.
     pub(super) fn growth(&self, place: DVec3) -> Option<DVec3> {
         if let Some(cells) = &self.cells {
@@ -307,10 +346,11 @@ impl Field {
                 Some(self.values[(z * self.dims[1] + y) * self.dims[0] + x])
             }
             Shape::Cells => self.cells.as_ref().and_then(|cells| cells.value(place)),
-            Shape::Functions => self
+            Shape::Functions | Shape::Ellipsoids => self
                 .functions
                 .as_ref()
-                .map(|(functions, lattice)| functions.value(lattice.world_from_index(place))),
+                .map(|(functions, lattice)| functions.value(lattice.world_from_index(place)))
+                .filter(|value| !value.is_nan()),
             Shape::Separable(basis) => {
                 let cell = place.floor();
                 let block = self.block(cell.to_array().map(|c| c as i64));

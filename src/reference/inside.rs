@@ -216,10 +216,10 @@ fn passes(field: &Field, line: &Line, level: f64, [a, b]: [f64; 2]) -> Vec<f64> 
     let above = |t: f64| field.value(line.at(t)).map(|value| value >= level);
     let place = |i: usize| a + (b - a) * i as f64 / count as f64;
     let mut places: Vec<f64> = (0..=count).map(place).collect();
-    if let Some(cells) = &field.cells {
+    if field.has_borders {
         // On either side of each face: values bend there, and end.
         let beside = 1e-9 * (b - a);
-        let faces = cells.crossings(line, [a, b]);
+        let faces = field.crossings(line, [a, b]);
         places.extend(faces.into_iter().flat_map(|t| [t - beside, t + beside]));
         places.sort_by(f64::total_cmp);
     }

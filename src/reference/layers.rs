@@ -301,28 +301,30 @@ pub(super) fn classified(
 /// A place of a ray, and the value there.
 type Border = (f64, f64);
 
-/// Of cells, where a ray enters them first and leaves them last in each slab of which a face lies outside.
+/// Of what has borders, where a ray enters it first and leaves it last in each slab of which a face lies outside.
 fn borders(
     field: &Field,
     line: &Line,
     faces: &[f64],
     values: &[Option<f64>],
 ) -> Vec<Option<[Border; 2]>> {
-    let Some(cells) = &field.cells else { return Vec::new() };
+    if !field.has_borders {
+        return Vec::new();
+    }
     let of = |(ends, known): (&[f64], &[Option<f64>])| {
         let ends = [ends[0], ends[1]];
         if ends[0] >= ends[1] || known.iter().all(Option::is_some) {
             return None;
         }
-        let mut cuts = cells.crossings(line, ends);
+        let mut cuts = field.crossings(line, ends);
         cuts.extend(ends);
         cuts.sort_by(f64::total_cmp);
         let is_inside = |pair: &&[f64]| {
-            pair[1] > pair[0] && cells.find(line.at(f64::midpoint(pair[0], pair[1]))).is_some()
+            pair[1] > pair[0] && field.value(line.at(f64::midpoint(pair[0], pair[1]))).is_some()
         };
         let first = cuts.windows(2).find(is_inside)?;
         let last = cuts.windows(2).rev().find(is_inside)?;
-        // From within, where no rounding leaves the cells.
+        // From within, where no rounding leaves it.
         let value = |at: f64, inwards: f64| {
             let steps = [0.0, 1e-9, 1e-6, 1e-3, 0.1];
             let mut places = steps.iter().map(|step| at + step * inwards);

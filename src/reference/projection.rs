@@ -75,14 +75,12 @@ fn pieces(field: &Field, line: &Line, [a, b]: [f64; 2]) -> Vec<[f64; 2]> {
         let planes = (-1..count).map(|i| i as f64 / 2.0);
         cuts.extend(line.crossings(axis, planes, [a, b]));
     }
-    if let Some(cells) = &field.cells {
-        cuts.extend(cells.crossings(line, [a, b]));
-    }
+    cuts.extend(field.crossings(line, [a, b]));
     cuts.sort_by(f64::total_cmp);
     let pieces = cuts.windows(2).map(|pair| [pair[0], pair[1]]);
     let pieces = pieces.filter(|[a, b]| {
         let middle = line.at(f64::midpoint(*a, *b));
-        let is_beside = field.cells.as_ref().is_some_and(|cells| cells.find(middle).is_none());
+        let is_beside = field.has_borders && field.value(middle).is_none();
         b > a && !is_beside && !(field.has_holes() && field.is_hole(middle))
     });
     pieces.collect()

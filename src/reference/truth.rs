@@ -381,7 +381,7 @@ fn visible_part(
     let halves = field.has_holes() || field.shape == Shape::Nearest || is_narrow(field.shape);
     for axis in 0..3 {
         let count = field.dims[axis] as i64;
-        if let Shape::Separable(_) | Shape::Functions = field.shape {
+        if let Shape::Separable(_) | Shape::Functions | Shape::Ellipsoids = field.shape {
             cuts.extend(line.crossings(axis, (0..count).map(|i| i as f64), [a, b]));
         }
         if let Shape::Scaled(basis, scale) = field.shape {
@@ -402,6 +402,7 @@ fn visible_part(
         cuts.sort_by(f64::total_cmp);
         return along_cells(cells, classes, ray, &cuts, light);
     }
+    cuts.extend(field.crossings(line, [a, b]));
     cuts.sort_by(f64::total_cmp);
     if let Shape::Radial(kernel) = field.shape {
         for pair in cuts.windows(2).filter(|w| w[1] > w[0]) {
@@ -423,7 +424,10 @@ fn visible_part(
             without_data(classes, ray, [a, b], light);
             continue;
         }
-        if let Shape::Scaled(..) | Shape::Functions = field.shape {
+        if field.has_borders && field.value(middle).is_none() {
+            continue;
+        }
+        if let Shape::Scaled(..) | Shape::Functions | Shape::Ellipsoids = field.shape {
             let value = |t: f64| field.value(line.at(t)).unwrap_or(f64::NAN);
             smooth(a, b, &value, classes, ray, light, 10);
             continue;

@@ -75,6 +75,9 @@ impl SplatSettings {
     /// For unstructured and curvilinear grids: their cells themselves.
     pub const CELLS: Self = Self { kernel: Kernel::Cells, ..Self::EXACT };
 
+    /// For scattered points: ellipsoids about them.
+    pub const ELLIPSOIDS: Self = Self { kernel: Kernel::Ellipsoids, ..Self::EXACT };
+
     /// For thick slices: splines that lie between the samples rather than swing through them.
     pub const BETWEEN_SLICES: Self = Self { reconstruction: Reconstruction::Smooth, ..Self::EXACT };
 }
@@ -88,8 +91,8 @@ impl FirstLook {
         let spacing = volume.lattice.spacing;
         let thickest = spacing.max_element() / spacing.min_element();
         let faces = Faces::of(volume, &transfer);
-        // The outer faces of cells carry their shape, whatever lies within.
-        let is_of_cells = volume.cells.is_some();
+        // The outer faces of cells carry their shape, whatever lies within; so does where points end.
+        let is_of_cells = volume.scattered.is_some();
         let is_lit = is_of_names || is_of_cells || faces.is_some_and(Faces::carry_the_shape);
         if let (Some(_), false, ColourSource::Map { map, .. }) =
             (faces, is_lit, &mut transfer.colour)
@@ -100,6 +103,7 @@ impl FirstLook {
         let splat = match is_of_names {
             _ if volume.functions.is_some() => SplatSettings::FUNCTIONS,
             _ if volume.cells.is_some() => SplatSettings::CELLS,
+            _ if volume.scattered.is_some() => SplatSettings::ELLIPSOIDS,
             true => SplatSettings::NAMES,
             false if thickest > THICK && volume.lattice.dims.iter().all(|&n| n > 1) => {
                 SplatSettings::BETWEEN_SLICES

@@ -133,6 +133,7 @@ pub fn offers(volume: &ScalarVolume, kernel: Kernel) -> bool {
     match kernel {
         Kernel::Functions => volume.functions.is_some(),
         Kernel::Cells => volume.cells.is_some(),
+        Kernel::Ellipsoids => volume.scattered.is_some(),
         _ => true,
     }
 }
@@ -173,6 +174,10 @@ impl Scene {
                 Kernel::Functions => (
                     "a field that is encoded as basis functions, with --kernel functions",
                     "encode it (voxsplat encode), or choose another --kernel",
+                ),
+                Kernel::Ellipsoids => (
+                    "a field of scattered points, or on cells, with --kernel ellipsoids",
+                    "choose another --kernel",
                 ),
                 _ => (
                     "a field on the cells of an unstructured or curvilinear grid, with --kernel cells",
@@ -239,6 +244,7 @@ impl Scene {
         let count = match kernel {
             Kernel::Functions => volume.functions.as_ref()?.functions().len(),
             Kernel::Cells => volume.cells.as_ref()?.cells().solids().len(),
+            Kernel::Ellipsoids => volume.scattered.as_ref()?.count(),
             _ => return None,
         };
         Some((kernel, count as u64))

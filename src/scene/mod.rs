@@ -97,10 +97,14 @@ pub struct Scene {
 impl Scene {
     /// World length ℓ over which opacities are given.
     pub fn opacity_unit_distance(&self) -> f64 {
-        let own = || match self.volume().and_then(|volume| volume.cells.as_ref()) {
-            // Their samples are as fine as quick pictures want them.
-            Some(field) if field.cells().median_edge() > 0.0 => field.cells().median_edge(),
-            _ => self.lattice().smallest_spacing(),
+        // The samples of cells and points are as fine as quick pictures want them.
+        let own = || {
+            let found = self.volume().and_then(|volume| match (&volume.cells, &volume.scattered) {
+                (Some(field), _) => Some(field.cells().median_edge()),
+                (None, Some(scattered)) => scattered.spacing(),
+                (None, None) => None,
+            });
+            found.filter(|own| *own > 0.0).unwrap_or_else(|| self.lattice().smallest_spacing())
         };
         self.splat.opacity_unit_distance.unwrap_or_else(own)
     }

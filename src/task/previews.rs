@@ -74,7 +74,7 @@ pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
         // They interpolate in any case.
         Kernel::Linear => level(plan.frame.lattice.dims) > 0,
         Kernel::Point | Kernel::Nearest => false,
-        Kernel::Functions | Kernel::Cells => true,
+        Kernel::Functions | Kernel::Cells | Kernel::Ellipsoids => true,
         Kernel::Gaussian | Kernel::Cubic | Kernel::BSpline | Kernel::Gouraud => {
             splat.reconstruction == Reconstruction::Interpolating
         }

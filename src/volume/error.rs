@@ -41,15 +41,6 @@ pub enum VolumeError {
         /// Its dimensions.
         found: String,
     },
-    /// Cells none of which has volume.
-    #[error(
-        "expected cells with volume, which can be drawn, found {found}; a file of surfaces is drawn as polygons (--mesh) beside a \
-         volume"
-    )]
-    NoSolids {
-        /// What there is, in words.
-        found: String,
-    },
     /// Fields that cannot be the components of one vector.
     #[error(
         "expected three fields of one component each, all on points or all on cells, found {found}; \

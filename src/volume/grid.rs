@@ -7,9 +7,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::derived::derive;
+use super::resample::Spaced;
 use super::samples::Scalar;
 use super::shape::Shape;
-use super::{Bricks, Samples, ScalarType, Statistics, VolumeError};
+use super::{Bricks, Samples, ScalarType, Scattered, Statistics, VolumeError};
 use crate::cells::CellField;
 use crate::core::memory;
 use crate::core::progress::Ticket;
@@ -346,10 +347,11 @@ impl Grid {
         ticket: &Ticket,
     ) -> Result<ScalarVolume, VolumeError> {
         let samples = self.samples_of(field, component, ticket)?;
-        let (lattice, samples, cells) = self.evenly_spaced(field, samples, ticket)?;
-        let statistics = match cells.as_ref().and_then(|cells| cells.range()) {
-            // No sample may lie where the cells have their least or greatest value; those outside of all cells are no data
-            // that is missing.
+        let Spaced { lattice, samples, cells, scattered, range } =
+            self.evenly_spaced(field, samples, ticket)?;
+        let statistics = match range {
+            // No sample may lie where cells or points have their least or greatest value; those outside are no data that
+            // is missing.
             Some(range) => {
                 Statistics { nan_count: 0, ..Statistics::between(&samples, range, ticket)? }
             }
@@ -382,7 +384,17 @@ impl Grid {
         };
         let unit = self.unit.clone();
         let functions = self.functions.clone();
-        Ok(ScalarVolume { name, lattice, unit, samples, statistics, bricks, functions, cells })
+        Ok(ScalarVolume {
+            name,
+            lattice,
+            unit,
+            samples,
+            statistics,
+            bricks,
+            functions,
+            cells,
+            scattered,
+        })
     }
 }
 
@@ -452,6 +464,8 @@ pub struct ScalarVolume {
     pub functions: Option<Arc<Encoding>>,
     /// The cells whose values the samples are.
     pub cells: Option<Arc<CellField>>,
+    /// The points whose values they are: scattered ones, or those of the cells.
+    pub scattered: Option<Arc<Scattered>>,
 }
 
 impl ScalarVolume {

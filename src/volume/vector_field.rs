@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::resample::Spaced;
 use super::samples::Scalar;
 use super::shape::{Shape, axes_of};
 use super::{Association, Component, Field, Grid, Lattice, Samples, Statistics, VolumeError};
@@ -180,9 +181,9 @@ impl Grid {
         ticket: &Ticket,
     ) -> Result<VectorField, VolumeError> {
         let [x, y, z] = parts;
-        let (lattice, x, _) = self.evenly_spaced(field, x, ticket)?;
-        let (_, y, _) = self.evenly_spaced(field, y, ticket)?;
-        let (_, z, _) = self.evenly_spaced(field, z, ticket)?;
+        let Spaced { lattice, samples: x, .. } = self.evenly_spaced(field, x, ticket)?;
+        let Spaced { samples: y, .. } = self.evenly_spaced(field, y, ticket)?;
+        let Spaced { samples: z, .. } = self.evenly_spaced(field, z, ticket)?;
         let vector = |i| Vec3::from_array([&x, &y, &z].map(|part| narrow(part.get(i))));
         let vectors = (0..x.len()).into_par_iter().map(vector).collect();
         VectorField::new(name, Places::Lattice(lattice), vectors, ticket)

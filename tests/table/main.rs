@@ -14,6 +14,7 @@ mod drawing;
 mod every_row;
 mod judging;
 mod plans;
+mod points;
 mod rows;
 mod saved;
 mod scenes;

@@ -244,6 +244,7 @@ pub(crate) fn rows() -> Vec<Row> {
         extents(),
         functions(),
         cells(),
+        points(),
         shaded_first(),
         effects(),
         vectors(),
@@ -415,6 +416,33 @@ fn cells() -> Vec<Row> {
     rows
 }
 
+/// Ellipsoids about points, and among all else.
+fn points() -> Vec<Row> {
+    use Part::{
+        Along, Clip, CutFaces, Isosurfaces, Lights, OpacityBy, OpaquePolygons, Slices, Vectors,
+    };
+    let by = |classify| SplatSettings { classify, ..with(Kernel::Ellipsoids, EXACT) };
+    let [exact, after] = [by(Classify::PreIntegrated), by(Classify::After)];
+    let row = |parts: &[Part], mode| Row::new(Field::Points, parts, mode);
+    let mut rows: Vec<Row> = both_eyes(in_modes(Field::Points, &[], [exact, after])).collect();
+    for mode in [exact, after] {
+        let modes = [slabs(0.5, mode), slabs(4.0, mode), turned(mode), published(mode)];
+        rows.extend(either_eye(in_modes(Field::Points, &[], modes)));
+        rows.extend([row(&[Lights], mode), row(&[Lights, Clip], mode).from(Eye::Perspective)]);
+    }
+    rows.push(row(&[CutFaces, Slices], exact));
+    rows.push(row(&[OpacityBy(Index::GradientStrength)], exact));
+    rows.push(row(&[Lights, Isosurfaces], slabs(4.0, exact)));
+    rows.push(row(&[Along(AlongRay::Maximum)], slabs(4.0, exact)));
+    rows.push(row(&[OpaquePolygons], exact));
+    rows.push(row(&[Vectors(VectorMode::Modulate)], exact));
+    rows.push(row(&[], exact).from(Eye::Within));
+    rows.push(Row { size: FEW, ..row(&[], exact) });
+    // What has no points has none to be drawn.
+    rows.push(Row { judged: Judged::Refused, ..Row::new(Field::Noise, &[], exact) });
+    rows
+}
+
 /// Samples that are classified before they are put together.
 fn shaded_first() -> Vec<Row> {
     let all = |modes: Vec<SplatSettings>| {
@@ -437,8 +465,8 @@ fn shaded_first() -> Vec<Row> {
     let in_sheets = whole.iter().flat_map(|&kernel| [1, 3].map(|count| sheets(count, kernel)));
     rows.extend(either_eye(all(in_sheets.collect())));
     rows.extend(all(vec![turned(SHEETS), published(sheets(3, Kernel::Gaussian))]));
-    let no_lattice = [Kernel::Gouraud, Kernel::Functions, Kernel::Cells];
-    let in_slabs = Kernel::ALL.into_iter().filter(|kernel| !no_lattice.contains(kernel));
+    let is_of_lattice = |kernel: &Kernel| kernel.is_of_samples() && *kernel != Kernel::Gouraud;
+    let in_slabs = Kernel::ALL.into_iter().filter(is_of_lattice);
     rows.extend(either_eye(all(in_slabs.map(|kernel| with(kernel, SLABS)).collect())));
     for mode in [SLABS, with(Kernel::BSpline, SLABS)] {
         rows.extend(all(vec![slabs(0.5, mode), slabs(2.0, mode), turned(published(mode))]));

@@ -19,6 +19,7 @@ use voxsplat::vector::{Design, Foreshortening, VectorMode, VectorSettings};
 use voxsplat::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
 use crate::cells::{cells_of, samples_of};
+use crate::points;
 
 /// The scalar field: what its values are, and where they stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +55,8 @@ pub(crate) enum Field {
     MixedCells,
     /// The same, a value for each cell.
     CellValues,
+    /// Scattered points.
+    Points,
 }
 
 /// What a scene has beside its scalar field, or does to it.
@@ -166,6 +169,7 @@ fn scalar(field: Field, eye: Eye) -> Scene {
     let mut volume = ScalarVolume::from_samples("table", lattice, samples).expect("a sound volume");
     volume.functions = basis_of(field).map(|basis| Arc::new(encoding(basis, &lattice)));
     volume.cells = cells_of(field, &lattice);
+    volume.scattered = (field == Field::Points).then(|| points::points(&lattice));
     let mut scene = opening(SampleSource::made("table"), Arc::new(volume), None);
     *scene.transfer_mut().expect("a field") = transfer(scale, offset);
     scene.background = Background::Colour(Srgb8([12, 20, 40]));
@@ -255,6 +259,9 @@ fn values(field: Field) -> (Lattice, Samples, [f64; 2]) {
             let sums = encoding(basis, &sheared).values(&places, &Ticket::new());
             let sums = sums.expect("not cancelled").into_iter().map(|v| v as f32).collect();
             (sheared, Samples::Float32(sums), [1.0, 0.0])
+        }
+        Field::Points => {
+            (sheared, points::samples_of(&points::points(&sheared), &sheared), [1.0, 0.0])
         }
         Field::Tetrahedra | Field::MixedCells | Field::CellValues => {
             let cells = cells_of(field, &sheared).expect("cells");

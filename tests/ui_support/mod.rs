@@ -22,6 +22,7 @@ use voxsplat::app::saving::SaveRequest;
 use voxsplat::app::settings::Settings;
 use voxsplat::app::software::Canvas;
 use voxsplat::app::{Parts, Window};
+use voxsplat::cells::{self, Listing};
 use voxsplat::core::{Camera, Ticket};
 use voxsplat::io::Series;
 use voxsplat::scene::{
@@ -37,7 +38,7 @@ use voxsplat::task::level::LevelOfDetail;
 use voxsplat::task::still::Convergence;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{
-    Association, Field, Grid, Lattice, Samples, ScalarType, ScalarVolume, Statistics,
+    Association, Field, Grid, Lattice, Samples, ScalarType, ScalarVolume, Shape, Statistics,
 };
 
 /// Length of every file that the stand-in readers know.
@@ -353,6 +354,17 @@ impl Library for NamedFiles {
             }
             "ring.vtu" => {
                 let grid = voxsplat::volume::demo::open("mesh", Some(4)).expect("a demo");
+                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+            }
+            // The same points, without the cells.
+            "points.csv" => {
+                let mut grid = voxsplat::volume::demo::open("mesh", Some(4)).expect("a demo");
+                if let Shape::Unstructured(cells) = &grid.shape {
+                    let points = cells.points().to_vec();
+                    let listing = Listing { points, starts: vec![0], ..Listing::default() };
+                    let cells = cells::Cells::new(listing).expect("points");
+                    grid.shape = Shape::Unstructured(Arc::new(cells));
+                }
                 Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
             }
             // What a first look lights.

@@ -74,10 +74,13 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
             Shape::Unstructured(cells) => {
                 let [points, own] =
                     [cells.own_points(), cells.own_cells()].map(|n| words::count(n as u64));
-                let text = format!("{points} points, {own} cells, {}", shape.name());
+                let text = match cells.own_cells() {
+                    0 => format!("{points} points"),
+                    _ => format!("{points} points, {own} cells"),
+                };
                 (
                     text,
-                    "The mesh of the file; the dimensions above are of the samples that quick pictures are of",
+                    "The unstructured mesh or the points of the file; the dimensions above are of the samples that quick pictures are of",
                 )
             }
             _ => {

@@ -125,7 +125,7 @@ pub(super) fn kernel(painter: &Painter, rect: Rect, kernel: Kernel) {
     if kernel == Kernel::Gouraud {
         return mesh(painter, rect);
     }
-    if kernel == Kernel::Functions {
+    if matches!(kernel, Kernel::Functions | Kernel::Ellipsoids) {
         return functions(painter, rect);
     }
     if kernel == Kernel::Cells {

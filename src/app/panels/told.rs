@@ -91,6 +91,7 @@ fn near_words(Shown { report, mode, measured }: &Shown) -> Option<String> {
                 _ if modes::is_exact(mode) => "exact mode",
                 Kernel::Functions => "basis functions",
                 Kernel::Cells => "cells",
+                Kernel::Ellipsoids => "points as ellipsoids",
                 _ => "approximate mode",
             };
             Some(name.to_owned())
@@ -341,6 +342,7 @@ fn counts_words(report: &FrameReport) -> String {
         let [count, samples] = [count, report.kernels_total].map(words::count);
         let what = match kernel {
             Kernel::Cells => "cells, evaluated",
+            Kernel::Ellipsoids => "points, each an ellipsoid, evaluated",
             _ => "basis functions, summed up",
         };
         return format!(

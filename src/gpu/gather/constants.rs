@@ -70,7 +70,8 @@ impl Constants<'_> {
             | Kernel::Cubic
             | Kernel::Gouraud
             | Kernel::Functions
-            | Kernel::Cells => DVec3::splat(radius),
+            | Kernel::Cells
+            | Kernel::Ellipsoids => DVec3::splat(radius),
         };
         let thickness = match Variant::new(view, settings).layering {
             Layering::Sheets => 2.0 * radius / f64::from(settings.sheets_per_kernel),

@@ -210,10 +210,10 @@ fn of_samples<T: Scalar>(
 ) -> Result<Coefficients, Cancelled> {
     let dims = volume.lattice.dims;
     let (least, greatest) = (volume.statistics.min, volume.statistics.max);
-    let bias = match &volume.functions {
-        // What is stored of a sum of functions is without theirs.
-        Some(functions) if kernel == Kernel::Functions => functions.bias(),
-        _ => 0.0_f64.clamp(least, greatest),
+    // What is stored of functions is without their bias.
+    let bias = match kernel.functions_of(volume, ticket)? {
+        Some(functions) => functions.bias(),
+        None => 0.0_f64.clamp(least, greatest),
     };
     // NaN stays NaN.
     let code = |value: T| store(value.to_f64().clamp(least, greatest) - bias);

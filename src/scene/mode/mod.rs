@@ -299,7 +299,7 @@ impl SplatSettings {
         Ok(())
     }
 
-    /// What basis functions and cells can be: evaluated before anything is coloured, in slabs.
+    /// What basis functions, cells and points can be: evaluated before anything is coloured, in slabs.
     fn check_sources(&self) -> Result<(), ModeError> {
         let refuse = |expected, found: String, advice| Err(ModeError { expected, found, advice });
         match (self.kernel, self.classify) {
@@ -310,6 +310,11 @@ impl SplatSettings {
             ),
             (Kernel::Cells, Classify::Before) => refuse(
                 "--kernel cells with values classified after reconstruction",
+                "--classify before".to_owned(),
+                "choose --classify pre-integrated, or another --kernel",
+            ),
+            (Kernel::Ellipsoids, Classify::Before) => refuse(
+                "--kernel ellipsoids with values classified after reconstruction",
                 "--classify before".to_owned(),
                 "choose --classify pre-integrated, or another --kernel",
             ),

@@ -11,10 +11,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::shape::Shape;
-use super::{Association, Field, Grid, Lattice, Samples, ScalarType, VolumeError};
+use super::{Association, Field, Grid, Lattice, Samples, ScalarType, Scattered, VolumeError};
 use crate::cells::{CellField, Cells, On};
 use crate::core::memory;
 use crate::core::progress::Ticket;
+use crate::rbf::Encoding;
 
 /// Most samples of the lattice for each of the grid.
 const MOST_SAMPLES: usize = 4;
@@ -24,8 +25,24 @@ const ALWAYS_SAMPLES: usize = 1 << 15;
 const SAMPLES_A_CELL: f64 = 8.0;
 const SAMPLES_OF_CELLS: [f64; 2] = [262_144.0, 16_777_216.0];
 
-/// A lattice, the samples there, and the cells that these are of, where there are any.
-pub(super) type EvenlySpaced = (Lattice, Arc<Samples>, Option<Arc<CellField>>);
+/// A lattice, the samples there, and what these are of.
+#[derive(Debug)]
+pub(super) struct Spaced {
+    pub lattice: Lattice,
+    pub samples: Arc<Samples>,
+    /// Where there are any.
+    pub cells: Option<Arc<CellField>>,
+    pub scattered: Option<Arc<Scattered>>,
+    /// Least and greatest value of these.
+    pub range: Option<[f64; 2]>,
+}
+
+impl Spaced {
+    /// Samples that are drawn as they are.
+    fn plain(lattice: Lattice, samples: Arc<Samples>) -> Self {
+        Self { lattice, samples, cells: None, scattered: None, range: None }
+    }
+}
 
 impl Grid {
     /// How samples on points or cells lie, and how many along each axis.
@@ -68,8 +85,8 @@ impl Grid {
         })
     }
 
-    /// The lattice that a field is drawn on, its `samples` there, and the cells that these are samples of, where there are
-    /// any.
+    /// The lattice that a field is drawn on, its `samples` there, and the cells and points that these are samples of, where
+    /// there are any.
     ///
     /// # Errors
     /// See [`lattice`] and [`samples`].
@@ -78,56 +95,80 @@ impl Grid {
         field: &Field,
         values: Arc<Samples>,
         ticket: &Ticket,
-    ) -> Result<EvenlySpaced, VolumeError> {
+    ) -> Result<Spaced, VolumeError> {
         let (shape, dims) = self.shape_of(field.association);
         if matches!(shape, Shape::Affine) {
-            return Ok((self.lattice_of(field), values, None));
+            return Ok(Spaced::plain(self.lattice_of(field), values));
         }
         if let Some(lattice) = shape.even(dims) {
-            return Ok((lattice, values, None));
+            return Ok(Spaced::plain(lattice, values));
         }
+        let own = || (0..values.len()).into_par_iter().map(|i| values.get(i)).collect::<Vec<_>>();
         if let Some(cells) = self.cells()? {
             // Numbers, and what is known of each solid.
             let needed = 8 * values.len() as u64 + 64 * cells.solids().len() as u64;
             memory::require("the values of the cells", needed, memory::free_bytes())?;
-            let own = (0..values.len()).into_par_iter().map(|i| values.get(i)).collect();
             let on = match field.association {
                 Association::Point => On::Points,
                 Association::Cell => On::Cells,
             };
-            let cells = Arc::new(CellField::new(cells, on, own));
-            let lattice = lattice_of_cells(cells.cells());
-            let samples = samples_of_cells(&cells, &lattice, is_wide(&values), ticket)?;
-            return Ok((lattice, Arc::new(samples), Some(cells)));
+            let cells = Arc::new(CellField::new(cells, on, own()));
+            let lattice = lattice_in(cells.cells().bounds(), cells.cells().solids().len());
+            let fill = Fill::Cells(&cells);
+            let samples = Arc::new(fill.samples(&lattice, is_wide(&values), ticket)?);
+            let (scattered, range) = (Scattered::of_cells(&cells).map(Arc::new), cells.range());
+            return Ok(Spaced { lattice, samples, cells: Some(cells), scattered, range });
+        }
+        if let Shape::Unstructured(cells) = &self.shape {
+            let needed = Scattered::BYTES * values.len() as u64;
+            memory::require("the ellipsoids about the points", needed, memory::free_bytes())?;
+            let places = match field.association {
+                Association::Point => Arc::clone(cells.points()),
+                Association::Cell => cells.middles(),
+            };
+            let own: Vec<(DVec3, f64)> = places.iter().copied().zip(own()).collect();
+            let Some(scattered) = Scattered::new(own) else {
+                let name = field.name.clone();
+                let found = "values or places that are not finite".to_owned();
+                return Err(VolumeError::NothingFinite { field: name, found });
+            };
+            let ellipsoids = scattered.ellipsoids(ticket)?;
+            let lattice = lattice_in(ellipsoids.bounds(), scattered.count());
+            let fill = Fill::Ellipsoids(&ellipsoids);
+            let samples = Arc::new(fill.samples(&lattice, is_wide(&values), ticket)?);
+            let range = Some(scattered.range());
+            return Ok(Spaced {
+                lattice,
+                samples,
+                cells: None,
+                scattered: Some(Arc::new(scattered)),
+                range,
+            });
         }
         let lattice = lattice(&shape, dims);
         let values = samples(&values, &shape, &lattice, ticket)?;
-        Ok((lattice, Arc::new(values), None))
+        Ok(Spaced::plain(lattice, Arc::new(values)))
     }
 
     /// The lattice that functions which are fitted to a field are sampled on: of unstructured cells and points one of cubes
     /// over them, of other grids their own.
     pub fn lattice_of_functions(&self, field: &Field) -> Lattice {
         match &self.shape {
-            Shape::Unstructured(cells) => lattice_of_cells(cells),
+            Shape::Unstructured(cells) => {
+                lattice_in(cells.bounds(), cells.solids().len().max(cells.own_points()))
+            }
             _ => self.lattice_of(field),
         }
     }
 
-    /// The cells of an unstructured or curvilinear grid; of others `None`.
+    /// The cells with volume of an unstructured or curvilinear grid; `None` where there are none.
     ///
     /// # Errors
-    /// None of them has volume.
+    /// A surface of a curvilinear grid, and too little memory.
     pub fn cells(&self) -> Result<Option<Arc<Cells>>, VolumeError> {
         match &self.shape {
             Shape::Affine | Shape::Rectilinear(_) => Ok(None),
-            Shape::Unstructured(cells) if cells.solids().is_empty() => {
-                let found = match cells.own_cells() {
-                    0 => format!("{} points without any", cells.own_points()),
-                    n => format!("{n} points, lines or polygons"),
-                };
-                Err(VolumeError::NoSolids { found })
-            }
+            Shape::Unstructured(cells) if cells.solids().is_empty() => Ok(None),
             Shape::Unstructured(cells) => Ok(Some(Arc::clone(cells))),
             Shape::Curvilinear(points) => {
                 let dims = self.lattice.dims;
@@ -143,15 +184,15 @@ impl Grid {
     }
 }
 
-/// A lattice of cubes over the box of cells: eight samples a cell, but no fewer than about 64³ of them and no more than 256³.
-fn lattice_of_cells(cells: &Cells) -> Lattice {
-    let [low, high] = cells.bounds();
+/// A lattice of cubes over the box of so many cells or points: eight samples for each, but no fewer than about 64³ of them
+/// and no more than 256³.
+fn lattice_in([low, high]: [DVec3; 2], count: usize) -> Lattice {
     let extent = high - low;
     let greatest = extent.max_element();
     // Flat boxes have a depth of one sample.
     let thick = extent.max(DVec3::splat(greatest * 1e-3));
     let [least, most] = SAMPLES_OF_CELLS;
-    let wanted = (cells.solids().len() as f64 * SAMPLES_A_CELL).clamp(least, most);
+    let wanted = (count as f64 * SAMPLES_A_CELL).clamp(least, most);
     let scale = if greatest > 0.0 { greatest } else { 1.0 };
     let mut step = scale * ((thick / scale).element_product() / wanted).cbrt();
     if !(step > 0.0 && step.is_finite()) {
@@ -173,26 +214,58 @@ fn lattice_of_cells(cells: &Cells) -> Lattice {
     Lattice { origin, spacing: DVec3::splat(step), ..Lattice::unit(dims) }
 }
 
-/// A field's value at each point of a lattice.
-fn samples_of_cells(
-    field: &CellField,
-    lattice: &Lattice,
-    is_wide: bool,
-    ticket: &Ticket,
-) -> Result<Samples, VolumeError> {
-    let count = lattice.len();
-    let needed = (count * if is_wide { 8 } else { 4 }) as u64;
-    memory::require("the evenly spaced samples", needed, memory::free_bytes())?;
-    if is_wide {
-        let mut out = vec![f64::NAN; count];
-        cells::fill(&mut out, |v| v, field, lattice, ticket)?;
-        return Ok(Samples::Float64(out));
+/// What fills a lattice.
+enum Fill<'a> {
+    Cells(&'a CellField),
+    Ellipsoids(&'a Encoding),
+}
+
+impl Fill<'_> {
+    /// The value at each point of a lattice.
+    fn samples(
+        &self,
+        lattice: &Lattice,
+        is_wide: bool,
+        ticket: &Ticket,
+    ) -> Result<Samples, VolumeError> {
+        let count = lattice.len();
+        let needed = (count * if is_wide { 8 } else { 4 }) as u64;
+        memory::require("the evenly spaced samples", needed, memory::free_bytes())?;
+        if is_wide {
+            let mut out = vec![f64::NAN; count];
+            self.fill(&mut out, |v| v, lattice, ticket)?;
+            return Ok(Samples::Float64(out));
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "the sources have 24 bits at most")]
+        let narrow = |v: f64| v as f32;
+        let mut out = vec![f32::NAN; count];
+        self.fill(&mut out, narrow, lattice, ticket)?;
+        Ok(Samples::Float32(out))
     }
-    #[expect(clippy::cast_possible_truncation, reason = "the sources have 24 bits at most")]
-    let narrow = |v: f64| v as f32;
-    let mut out = vec![f32::NAN; count];
-    cells::fill(&mut out, narrow, field, lattice, ticket)?;
-    Ok(Samples::Float32(out))
+
+    fn fill<T: Copy + Send + Sync>(
+        &self,
+        out: &mut [T],
+        from_f64: impl Fn(f64) -> T + Sync,
+        lattice: &Lattice,
+        ticket: &Ticket,
+    ) -> Result<(), VolumeError> {
+        match self {
+            Self::Cells(field) => cells::fill(out, from_f64, field, lattice, ticket),
+            Self::Ellipsoids(encoding) => {
+                let [nx, ny, _] = lattice.dims;
+                let (done, rows) = (AtomicU64::new(0), (out.len() / nx) as u64);
+                out.par_chunks_mut(nx).enumerate().try_for_each(|(row, out)| {
+                    for (x, out) in out.iter_mut().enumerate() {
+                        let at = DVec3::from([x, row % ny, row / ny].map(|i| i as f64));
+                        *out = from_f64(encoding.value(lattice.world_from_index(at)));
+                    }
+                    let before = done.fetch_add(1, Ordering::Relaxed);
+                    Ok(ticket.checkpoint(before + 1, rows)?)
+                })
+            }
+        }
+    }
 }
 
 /// Whether samples have more digits than 32-bit floats.

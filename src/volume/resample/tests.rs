@@ -4,6 +4,7 @@ use std::sync::Arc;
 use super::super::shape::voxel;
 use super::super::{Component, Samples};
 use super::*;
+use crate::cells::Listing;
 
 fn at(dims: [usize; 3], index: usize) -> DVec3 {
     DVec3::from(voxel(dims, index).map(|i| i as f64))
@@ -98,7 +99,8 @@ fn a_lattice_is_never_of_more_than_four_times_the_samples() {
     assert!(has <= 4 * had && has > 3 * had, "{of:?}");
     assert!(of.dims.iter().all(|&n| n >= 48), "{of:?}");
     let points = shape.points(dims);
-    let of = lattice_of_cells(&Cells::of_grid(&points, dims));
+    let cells = Cells::of_grid(&points, dims);
+    let of = lattice_in(cells.bounds(), cells.solids().len());
     let wanted = 47_usize.pow(3) * 8;
     assert!(of.len() < wanted + wanted / 10 && of.len() > wanted - wanted / 10, "{of:?}");
 }
@@ -184,4 +186,37 @@ fn curved_surfaces_have_no_scalars_but_vectors_and_a_cancel_is_answered() {
     let points = shape.points(dims);
     assert!(matches!(scalar(shape, dims), Err(VolumeError::Cancelled(_))));
     assert!(matches!(scalar(Shape::Curvilinear(points), dims), Err(VolumeError::Cancelled(_))));
+}
+
+#[test]
+fn points_are_filled_from_the_ellipsoids_about_them_and_nothing_lies_beside_them() {
+    let places = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::NAN, DVec3::splat(9.0)];
+    let listing = Listing { points: places.to_vec(), starts: vec![0], ..Listing::default() };
+    let cells = Arc::new(Cells::new(listing).unwrap());
+    let own = Samples::Float64(vec![1.0, 2.0, 3.0, 4.0, 5.0, f64::NAN]);
+    let field = Field {
+        name: "f".into(),
+        components: 1,
+        association: Association::Point,
+        samples: Arc::new(own),
+    };
+    let grid = Grid::shaped([6, 1, 1], Shape::Unstructured(cells), vec![field]).unwrap();
+    let field = grid.field(None).unwrap();
+    let volume = grid.scalar(field, Component::Index(0), &Ticket::new()).unwrap();
+    let scattered = volume.scattered.as_ref().expect("points");
+    assert!(volume.cells.is_none() && scattered.count() == 4, "two are not finite");
+    let statistics = &volume.statistics;
+    assert_eq!((statistics.min, statistics.max, statistics.nan_count), (1.0, 4.0, 0));
+    let ellipsoids = scattered.ellipsoids(&Ticket::new()).unwrap();
+    let [nx, ny, nz] = volume.lattice.dims;
+    let (mut inside, mut outside) = (0, 0);
+    for i in (0..nx * ny * nz).step_by(97) {
+        let at = DVec3::from([i % nx, i / nx % ny, i / (nx * ny)].map(|n| n as f64));
+        let expected = ellipsoids.value(volume.lattice.world_from_index(at));
+        let found = volume.samples.get(i);
+        assert!(found == expected || found.is_nan() && expected.is_nan());
+        inside += u32::from(!found.is_nan());
+        outside += u32::from(found.is_nan());
+    }
+    assert!(inside > 100 && outside > 100, "{inside} {outside}");
 }

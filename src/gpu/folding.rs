@@ -1,0 +1,225 @@
+//! Shaders with their overrides settled: what these rule out is taken from them.
+//!
+//! Drivers inline every function at each of its calls before they look at what can be reached: of a shader with all kernels
+//! in it they hold, and compile, many times what a scene asks for.
+
+use std::collections::HashMap;
+
+use naga::back::PipelineConstants;
+use naga::back::pipeline_constants::process_overrides;
+use naga::compact::{KeepUnused, compact};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::{
+    Arena, BinaryOperator, Block, Expression, Function, Handle, Literal, LocalVariable, Module,
+    Statement,
+};
+use naga::{SwitchCase, UnaryOperator};
+use wgpu::naga;
+
+/// The module of a text with the values of its overrides, where all of it holds: else the driver's own checks tell what does
+/// not.
+pub(super) fn folded(source: &str, constants: &[(&str, f64)]) -> Option<Module> {
+    let module = naga::front::wgsl::parse_str(source).ok()?;
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::all());
+    let info = validator.validate(&module).ok()?;
+    let constants: PipelineConstants =
+        constants.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+    let (module, _) = process_overrides(&module, &info, None, &constants).ok()?;
+    let mut module = module.into_owned();
+    for (_, function) in module.functions.iter_mut() {
+        fold(function);
+    }
+    for entry in &mut module.entry_points {
+        fold(&mut entry.function);
+    }
+    compact(&mut module, KeepUnused::No);
+    Some(module)
+}
+
+/// Takes branches away that are never taken, until there are no more.
+fn fold(function: &mut Function) {
+    // Names of results would keep what was called.
+    function.named_expressions.clear();
+    loop {
+        let known = Known {
+            expressions: &function.expressions,
+            locals: locals(&function.body, &function.expressions, &function.local_variables),
+        };
+        let mut body = std::mem::take(&mut function.body);
+        let mut has_changed = false;
+        fold_block(&mut body, &known, &mut has_changed);
+        function.body = body;
+        if !has_changed {
+            return;
+        }
+    }
+}
+
+/// What is known before a function runs.
+struct Known<'a> {
+    expressions: &'a Arena<Expression>,
+    /// Variables that never have but one value: `a && b` leaves such, where a is false.
+    locals: HashMap<Handle<LocalVariable>, bool>,
+}
+
+impl Known<'_> {
+    fn truth(&self, condition: Handle<Expression>) -> Option<bool> {
+        match &self.expressions[condition] {
+            Expression::Literal(Literal::Bool(value)) => Some(*value),
+            Expression::Load { pointer } => match &self.expressions[*pointer] {
+                Expression::LocalVariable(local) => self.locals.get(local).copied(),
+                _ => None,
+            },
+            Expression::Unary { op: UnaryOperator::LogicalNot, expr } => {
+                self.truth(*expr).map(|value| !value)
+            }
+            Expression::Binary { op, left, right } => {
+                let sides = [self.truth(*left), self.truth(*right)];
+                match op {
+                    BinaryOperator::LogicalAnd if sides.contains(&Some(false)) => Some(false),
+                    BinaryOperator::LogicalOr if sides.contains(&Some(true)) => Some(true),
+                    BinaryOperator::LogicalAnd | BinaryOperator::LogicalOr => {
+                        sides[0].and(sides[1])
+                    }
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Variables that are stored to, and with nothing but one literal; what is read before that is of no matter.
+fn locals(
+    body: &Block,
+    expressions: &Arena<Expression>,
+    variables: &Arena<LocalVariable>,
+) -> HashMap<Handle<LocalVariable>, bool> {
+    let mut found: HashMap<Handle<LocalVariable>, Option<bool>> = HashMap::new();
+    each(body, &mut |statement| {
+        let mut note = |local: Handle<LocalVariable>, value: Option<bool>| {
+            let known = found.entry(local).or_insert(value);
+            if *known != value {
+                *known = None;
+            }
+        };
+        match statement {
+            Statement::Store { pointer, value } => {
+                if let Expression::LocalVariable(local) = &expressions[*pointer] {
+                    note(
+                        *local,
+                        match &expressions[*value] {
+                            Expression::Literal(Literal::Bool(value)) => Some(*value),
+                            _ => None,
+                        },
+                    );
+                }
+            }
+            // Whoever is given a pointer may write there.
+            Statement::Call { arguments, .. } => {
+                for argument in arguments {
+                    if let Expression::LocalVariable(local) = &expressions[*argument] {
+                        note(*local, None);
+                    }
+                }
+            }
+            _ => {}
+        }
+    });
+    found
+        .into_iter()
+        .filter(|(local, _)| variables[*local].init.is_none())
+        .filter_map(|(local, value)| Some((local, value?)))
+        .collect()
+}
+
+/// Visits the statements of a block, and of those in it.
+fn each(block: &Block, visit: &mut impl FnMut(&Statement)) {
+    for statement in block.iter() {
+        visit(statement);
+        match statement {
+            Statement::Block(block) => each(block, visit),
+            Statement::If { accept, reject, .. } => {
+                each(accept, visit);
+                each(reject, visit);
+            }
+            Statement::Switch { cases, .. } => {
+                cases.iter().for_each(|case| each(&case.body, visit))
+            }
+            Statement::Loop { body, continuing, .. } => {
+                each(body, visit);
+                each(continuing, visit);
+            }
+            _ => {}
+        }
+    }
+}
+
+fn fold_block(block: &mut Block, known: &Known<'_>, has_changed: &mut bool) {
+    for statement in block.iter_mut() {
+        match statement {
+            Statement::Block(block) => fold_block(block, known, has_changed),
+            Statement::If { condition, accept, reject } => {
+                let taken = match known.truth(*condition) {
+                    Some(true) => accept,
+                    Some(false) => reject,
+                    None => {
+                        fold_block(accept, known, has_changed);
+                        fold_block(reject, known, has_changed);
+                        continue;
+                    }
+                };
+                *has_changed = true;
+                let mut taken = std::mem::take(taken);
+                fold_block(&mut taken, known, has_changed);
+                *statement = Statement::Block(taken);
+            }
+            Statement::Switch { cases, .. } => {
+                for SwitchCase { body, .. } in cases {
+                    fold_block(body, known, has_changed);
+                }
+            }
+            Statement::Loop { body, continuing, .. } => {
+                fold_block(body, known, has_changed);
+                fold_block(continuing, known, has_changed);
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOURCE: &str = "
+        override kind: u32 = 0u;
+        override also: bool = false;
+        @group(0) @binding(0) var<storage, read_write> out: array<f32>;
+        fn one(x: f32) -> f32 { return x + 1.0; }
+        fn two(x: f32) -> f32 { return x * 2.0; }
+        fn three(x: f32) -> f32 { return x * 3.0; }
+        fn four(x: f32) -> f32 { return x * 4.0; }
+        @compute @workgroup_size(1)
+        fn run() {
+            if kind == 1u { let named = one(out[0]); out[0] = named; } else { out[0] = two(out[0]); }
+            if (kind == 1u || kind == 2u) && out[1] > 0.0 { out[1] = three(out[1]); }
+            if also || out[2] > 0.0 { out[2] = four(out[2]); }
+        }";
+
+    fn names(constants: &[(&str, f64)]) -> Vec<String> {
+        let module = folded(SOURCE, constants).expect("a module");
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::all());
+        validator.validate(&module).expect("it holds");
+        module.functions.iter().filter_map(|(_, function)| function.name.clone()).collect()
+    }
+
+    #[test]
+    fn what_overrides_rule_out_is_gone_and_nothing_else() {
+        assert_eq!(names(&[]), ["two", "four"]);
+        assert_eq!(names(&[("kind", 1.0)]), ["one", "three", "four"]);
+        assert_eq!(names(&[("kind", 2.0), ("also", 1.0)]), ["two", "three", "four"]);
+        assert!(folded("fn broken(", &[]).is_none());
+        assert!(folded(SOURCE, &[("unknown", 1.0)]).is_none());
+    }
+}

@@ -1,0 +1,237 @@
+//! Ellipsoids about scattered samples, each as wide in every direction as its neighbours lie apart there.
+
+use glam::{DMat3, DVec3};
+use nalgebra::{Matrix3, SymmetricEigen};
+use rayon::prelude::*;
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
+
+use super::encoding::Encoding;
+use super::function::Function;
+use crate::core::progress::{Cancelled, Ticket};
+
+/// Neighbours that tell how a sample's ellipsoid lies: those of a cubic lattice along its axes and its faces' diagonals.
+const NEIGHBOURS: usize = 18;
+/// Standard deviations of the Gaussians, of those of the neighbours: 0.6 steps of a cubic lattice, as Westover has it.
+const WIDTH: f64 = 0.8;
+/// How wide they are on a cubic lattice, in its steps: of 18 neighbours the mean square along an axis is 5/9.
+const LATTICE_WIDTH: f64 = WIDTH * 0.745_355_992_5;
+/// Widths at which they end: 1.8 steps of a cubic lattice, whose places are 0.87 from a sample at most.
+const REACH: f64 = 3.0;
+/// Where neighbours lie on a plane or a line ellipsoids are still so thick, of their greatest width.
+const THINNEST: f64 = 0.25;
+/// Samples that are looked at between two looks at the ticket.
+const A_PART: usize = 1 << 10;
+
+/// A place, and the number of a sample there.
+type Place = GeomWithData<[f64; 3], usize>;
+
+impl Encoding {
+    /// The mean of ellipsoids about samples at places anywhere. Those that are not finite are left out; several at one place
+    /// count as one, which has their mean. A sample alone has a width of 1. Of no samples the value is
+    /// nowhere.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn about_samples(
+        samples: impl IntoIterator<Item = (DVec3, f64)>,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let samples = merged(samples);
+        let [least, most] = samples
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (_, v)| [a.min(*v), b.max(*v)]);
+        let bias = if samples.is_empty() { 0.0 } else { least / 2.0 + most / 2.0 };
+        let places = samples.iter().enumerate();
+        let places = places.map(|(i, (at, _))| Place::new(at.to_array(), i)).collect();
+        let tree = RTree::bulk_load(places);
+        let parts: Result<Vec<Vec<Function>>, Cancelled> = samples
+            .par_chunks(A_PART)
+            .map(|part| {
+                if ticket.is_cancelled() {
+                    return Err(Cancelled);
+                }
+                let function = |(at, value): &(DVec3, f64)| {
+                    Function::about(*at, shape_at(*at, &tree), value - bias)
+                };
+                Ok(part.iter().map(function).collect())
+            })
+            .collect();
+        Ok(Self::mean(bias, REACH, parts?.concat()))
+    }
+
+    /// How far apart samples lie in ellipsoids about them, world: the median of the geometric means of their widths, by those
+    /// that a cubic lattice has.
+    pub fn sample_spacing(&self) -> f64 {
+        let width = |function: &Function| function.shape.determinant().abs().cbrt().recip();
+        let mut widths: Vec<f64> = self.functions().iter().map(width).collect();
+        let middle = widths.len() / 2;
+        match widths.is_empty() {
+            true => 0.0,
+            false => *widths.select_nth_unstable_by(middle, f64::total_cmp).1 / LATTICE_WIDTH,
+        }
+    }
+}
+
+/// The decimal logarithm of how many points there are to a unit of volume about each: of a ball that its 18 nearest fill;
+/// those at its own place count for nothing. NaN of points that are not finite; 0 of one alone.
+pub fn log_densities(points: &[DVec3]) -> Vec<f64> {
+    let unique = merged(points.iter().map(|at| (*at, 0.0)));
+    let tree =
+        RTree::bulk_load(unique.iter().map(|(at, _)| Place::new(at.to_array(), 0)).collect());
+    let density = |at: &DVec3| {
+        if !at.is_finite() {
+            return f64::NAN;
+        }
+        let near = tree.nearest_neighbor_iter(at.to_array()).skip(1).take(NEIGHBOURS);
+        let (count, last) = near.fold((0, None), |(n, _), place| (n + 1, Some(*place.geom())));
+        let Some(last) = last else { return 0.0 };
+        // Not by its cube, which may have no number.
+        f64::from(count).log10()
+            - (4.0 / 3.0 * std::f64::consts::PI).log10()
+            - 3.0 * DVec3::from(last).distance(*at).log10()
+    };
+    points.par_iter().map(density).collect()
+}
+
+/// Samples by their places, each place once.
+fn merged(samples: impl IntoIterator<Item = (DVec3, f64)>) -> Vec<(DVec3, f64)> {
+    let is_finite = |(at, value): &(DVec3, f64)| at.is_finite() && value.is_finite();
+    let mut all: Vec<(DVec3, f64)> = samples.into_iter().filter(is_finite).collect();
+    // −0 is at the place of 0.
+    all.iter_mut().for_each(|(at, _)| *at += DVec3::ZERO);
+    let order = |(a, _): &(DVec3, f64), (b, _): &(DVec3, f64)| {
+        let axes = a.to_array().into_iter().zip(b.to_array());
+        axes.map(|(a, b)| a.total_cmp(&b))
+            .find(|order| order.is_ne())
+            .unwrap_or(std::cmp::Ordering::Equal)
+    };
+    all.sort_by(order);
+    all.chunk_by(|(a, _), (b, _)| a == b)
+        .map(|own| {
+            let count = own.len() as f64;
+            (own[0].0, own.iter().map(|(_, value)| value / count).sum())
+        })
+        .collect()
+}
+
+/// What takes an offset from a sample to one in widths: by the covariance of its neighbours' offsets.
+fn shape_at(at: DVec3, tree: &RTree<Place>) -> DMat3 {
+    let near: Vec<DVec3> = tree
+        .nearest_neighbor_iter(at.to_array())
+        .skip(1)
+        .take(NEIGHBOURS)
+        .map(|place| DVec3::from(*place.geom()) - at)
+        .collect();
+    let farthest = near.iter().map(|offset| offset.length()).fold(0.0, f64::max);
+    if farthest <= 0.0 {
+        return DMat3::IDENTITY;
+    }
+    // In units of the farthest: squares of great and small lengths have a number, too.
+    let mut covariance = Matrix3::<f64>::zeros();
+    for offset in near.iter().map(|offset| (*offset / farthest).to_array()) {
+        for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
+            covariance[(row, column)] += offset[row] * offset[column] / near.len() as f64;
+        }
+    }
+    let SymmetricEigen { eigenvalues, eigenvectors } = covariance.symmetric_eigen();
+    let widest = eigenvalues.max().max(0.0).sqrt();
+    let rows = [0, 1, 2].map(|i| {
+        let own = eigenvalues[i].max(0.0).sqrt().max(THINNEST * widest);
+        let axis = eigenvectors.column(i);
+        DVec3::new(axis[0], axis[1], axis[2]) / (WIDTH * own * farthest)
+    });
+    DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lattice(steps: DVec3) -> impl Iterator<Item = DVec3> {
+        (0..7 * 7 * 7).map(move |i| steps * DVec3::from([i % 7, i / 7 % 7, i / 49].map(f64::from)))
+    }
+
+    fn mean_of(samples: impl IntoIterator<Item = (DVec3, f64)>) -> Encoding {
+        Encoding::about_samples(samples, &Ticket::new()).expect("not cancelled")
+    }
+
+    #[test]
+    fn a_constant_stays_one_and_nothing_is_where_no_sample_is_near() {
+        let steps = DVec3::new(1.0, 2.0, 0.5);
+        let found = mean_of(lattice(steps).map(|at| (at, 7.25)));
+        for i in 0..500 {
+            let share = DVec3::new(f64::from(i % 11), f64::from(i % 13), f64::from(i % 17)) / 20.0;
+            let at = steps * 6.0 * share;
+            assert!((found.value(at) - 7.25).abs() < 1e-12, "{at}");
+            assert!(found.gradient(at).length() < 1e-12, "{at}");
+        }
+        assert!(found.value(steps * 6.0 * 2.0).is_nan());
+        assert_eq!(found.gradient(steps * 12.0), DVec3::ZERO);
+    }
+
+    #[test]
+    fn ellipsoids_are_as_wide_as_neighbours_lie_apart() {
+        let found = mean_of(lattice(DVec3::splat(2.0)).map(|at| (at, at.x)));
+        let inner = found.functions().iter().find(|f| f.centre == DVec3::splat(6.0)).expect("one");
+        for axis in DVec3::AXES {
+            let width = (inner.shape * axis).length().recip();
+            assert!((width - 1.2).abs() < 0.05, "0.6 steps of 2 along each axis: {width}");
+        }
+        assert!((found.sample_spacing() - 2.0).abs() < 0.3, "{}", found.sample_spacing());
+        // What grows along x does so between the samples, too.
+        let at = DVec3::new(5.3, 6.1, 5.7);
+        assert!((found.value(at) - 5.3).abs() < 0.1 && (found.gradient(at).x - 1.0).abs() < 0.2);
+    }
+
+    #[test]
+    fn the_growth_of_a_mean_is_that_of_differences() {
+        let any = |i: u32, k: u32| f64::from(i.wrapping_mul(k) % 997) / 997.0;
+        let found = mean_of(
+            (0..200).map(|i| (DVec3::new(any(i, 389), any(i, 211), any(i, 677)), any(i, 101))),
+        );
+        for i in 200..300 {
+            let at = 0.2 + 0.6 * DVec3::new(any(i, 389), any(i, 211), any(i, 677));
+            let step = 1e-6;
+            let slope = |axis: DVec3| {
+                (found.value(at + axis * step) - found.value(at - axis * step)) / (2.0 * step)
+            };
+            let differences = DVec3::from(DVec3::AXES.map(slope));
+            let off = (found.gradient(at) - differences).length();
+            // Where an ellipsoid ends there is a step.
+            assert!(off < 1e-4 * (1.0 + differences.length()) || differences.length() > 100.0);
+        }
+    }
+
+    #[test]
+    fn samples_of_any_lie_have_ellipsoids() {
+        let flat = mean_of(lattice(DVec3::new(1.0, 1.0, 0.0)).map(|at| (at, at.x)));
+        assert_eq!(flat.functions().len(), 49, "seven lie at each place");
+        let line = mean_of((0..9).map(|i| (DVec3::X * f64::from(i), 1.0)));
+        for found in [&flat, &line] {
+            for function in found.functions() {
+                let half = function.half_box(REACH * REACH);
+                let thickest = half.max_element();
+                assert!(half.min_element() >= 0.2 * thickest && thickest.is_finite(), "{half}");
+            }
+        }
+        let found = log_densities(&[DVec3::ZERO, DVec3::NAN, DVec3::X * 0.1, DVec3::ZERO]);
+        let expected = 3.0 - (4.0 / 3.0 * std::f64::consts::PI).log10();
+        assert!((found[0] - expected).abs() < 1e-12 && found[1].is_nan() && found[3] == found[0]);
+        assert_eq!(log_densities(&[DVec3::ONE]), [0.0]);
+        // One alone, many at one place, very far apart, very near, and none.
+        let one = mean_of([(DVec3::ONE, 3.0)]);
+        assert_eq!((one.value(DVec3::ONE), one.value(DVec3::ONE * 9.0).is_nan()), (3.0, true));
+        let twice = mean_of([(DVec3::ONE, 3.0), (DVec3::ONE, 5.0), (-DVec3::ONE, 1.0)]);
+        assert_eq!((twice.functions().len(), twice.value(DVec3::ONE * 1.1)), (2, 4.0));
+        for scale in [1e-60, 1e60] {
+            let all = mean_of(lattice(DVec3::splat(scale)).map(|at| (at, 2.0)));
+            assert_eq!(all.value(DVec3::splat(2.5 * scale)), 2.0, "{scale}");
+        }
+        let nan = (DVec3::NAN, 1.0);
+        assert!(mean_of([nan, (DVec3::ONE, f64::NAN)]).value(DVec3::ZERO).is_nan());
+        let ticket = Ticket::new();
+        ticket.cancel();
+        assert!(Encoding::about_samples([(DVec3::ONE, 1.0)], &ticket).is_err());
+    }
+}
