@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::mpsc;
 use std::time::Duration;
 
-use glam::DVec3;
+use DVec3;
 use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::{Camera, Projection, Ticket};
 use voxsplat::gpu::{AdapterChoice, has_hardware};
@@ -25,7 +25,7 @@ use voxsplat::task::engine::{
 };
 use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
-use voxsplat::volume::{Component, demo};
+use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 const SIZE: [u32; 2] = [96, 64];
 
@@ -113,6 +113,31 @@ fn vectors_and_polygons_are_drawn_without_an_adapter_beside_a_field_and_without_
     // What is not there any more costs nothing.
     let again = still(&engine, &opened("demo:tornado:12")).unwrap();
     assert_eq!((again.light, again.held), (plain.light, plain.held));
+}
+
+/// World coordinates of 10⁷ with detail of 10⁻³: a small volume and polygons in it, there and about 0.
+#[test]
+fn what_lies_far_from_0_is_seen_as_it_is_near() {
+    let far = DVec3::new(1e7, -2e7, 3e7);
+    let picture = |about: DVec3| {
+        let spacing = DVec3::splat(1e-3);
+        let lattice = Lattice { origin: about, spacing, ..Lattice::unit([9, 8, 7]) };
+        let samples = (0..lattice.len()).map(|i| (i * 7919 % 251) as u8).collect();
+        let volume = ScalarVolume::from_samples("t", lattice, Samples::UInt8(samples));
+        let place = |x: f64, y: f64, z: f64| about + 1e-3 * DVec3::new(x, y, z);
+        let places = [place(-1., 1., 2.), place(9., 2., 5.), place(3., 8., 0.), place(4., 3., 7.)];
+        let triangles = vec![[0, 1, 2], [0, 1, 3], [1, 2, 3]];
+        let mesh = Mesh::of_places("t", &places, Vec::new(), Vec::new(), triangles).unwrap();
+        let scene = scene::opening(SampleSource::made("t"), Arc::new(volume.unwrap()), None);
+        let scene = scene.with(PolygonLayer::new(Arc::new(mesh)));
+        still(&alone(), &scene).unwrap().light
+    };
+    let (near, there) = (picture(DVec3::ZERO), picture(far));
+    let off = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+    // Pixels at the border of a triangle may go either way.
+    let others = near.iter().zip(&there).filter(|pair| off(*pair) > 1e-3).count();
+    let seen = near.iter().filter(|pixel| pixel[3] > 0.05).count();
+    assert!(seen > 300 && others < seen / 100, "{others} of {seen}");
 }
 
 /// Each sample by itself, in slices and sheets, in slabs: rays gather them, and the looks of samples are made once.

@@ -27,6 +27,10 @@ fn triple(index: u32) -> vec3<f32> {
     return vec3<f32>(number(index), number(index + 1u), number(index + 2u));
 }
 
+fn kind_of(record: u32) -> u32 {
+    return word(record) & 3u;
+}
+
 // How far (r, s, t) lies beyond a cell's region.
 fn beyond_region(kind: u32, unit: vec3<f32>) -> f32 {
     let below = max(-unit.x, max(-unit.y, -unit.z));
@@ -41,7 +45,7 @@ fn beyond_region(kind: u32, unit: vec3<f32>) -> f32 {
 
 // (r, s, t) of a position in a cell, and how far it lies outside, less what counts as inside.
 fn unit_in(record: u32, position: vec3<f32>) -> vec4<f32> {
-    let kind = word(record);
+    let kind = kind_of(record);
     let rim = number(record + 1u);
     let offset = position - triple(record + 2u);
     if kind == TETRAHEDRON {
@@ -114,7 +118,7 @@ fn value_in(found: InCell) -> f32 {
         return NOTHING;
     }
     let unit = clamp(found.unit, vec3<f32>(0.0), vec3<f32>(1.0));
-    if word(found.record) == TETRAHEDRON {
+    if kind_of(found.record) == TETRAHEDRON {
         let at = found.record + 14u;
         return number(at) + dot(triple(at + 1u), unit);
     }
@@ -134,7 +138,7 @@ fn growth_in(found: InCell) -> vec3<f32> {
     if found.record == 0u {
         return vec3<f32>(0.0);
     }
-    let kind = word(found.record);
+    let kind = kind_of(found.record);
     let unit = clamp(found.unit, vec3<f32>(0.0), vec3<f32>(1.0));
     let below = 1.0 - unit.z;
     if kind == TETRAHEDRON {
@@ -159,6 +163,34 @@ fn growth_in(found: InCell) -> vec3<f32> {
         sum += ring[i] * (growth_of_corner(at, i) * below + growth_of_corner(at, above) * unit.z);
     }
     return sum;
+}
+
+// Which of the file's cells a position lies in; a number that none has outside all of them.
+fn source_at(position: vec3<f32>) -> u32 {
+    let record = cell_at(position).record;
+    return select(word(record) >> 2u, 0xffffffffu, record == 0u);
+}
+
+// How many of the four places half a pixel beside one on a plane lie in another cell.
+fn edge_share(ray: Ray, plane: vec4<f32>, place: vec3<f32>) -> f32 {
+    // A loop, so that a compiler holds the search for a cell once.
+    var own = 0u;
+    var share = 0.0;
+    for (var i = 0u; i < 5u; i++) {
+        let along = select(slabs.up.xyz, slabs.right.xyz, i < 3u);
+        let side = along * select(0.5, -0.5, (i & 1u) == 1u);
+        let origin = ray.origin + side * slabs.right.w;
+        let direction = ray.direction + side * slabs.up.w;
+        let growth = dot(plane.xyz, direction);
+        let t = (plane.w - dot(plane.xyz, origin)) / select(growth, 1e-20, abs(growth) < 1e-20);
+        let source = source_at(select(origin + direction * t, place, i == 0u));
+        if i == 0u {
+            own = source;
+        } else if source != own {
+            share += 0.25;
+        }
+    }
+    return share;
 }
 
 // Whether the field ends somewhere: it is of cells, or of ellipsoids about points.

@@ -16,6 +16,10 @@ override has_surfaces: bool = false;
 // Matter where it is cut shows its value.
 override cut_faces: bool = false;
 override slices: u32 = 0u;
+// Where slices cut from one cell into another.
+override edges: bool = false;
+// The greatest luminance on which edges are white rather than black.
+const DARK: f32 = 0.08;
 
 fn surface_count() -> u32 {
     return slices + level_count();
@@ -59,10 +63,15 @@ fn met_along(ray: Ray, part: Part, pixel: vec2<u32>) -> Met {
             let is_there = select(u != NOTHING, holes_show, in_hole);
             let face_opacity = select(0.0, 1.0, found.w > 0.0);
             // Of a slice, and whether it leaves out what has none by the table.
-            let own = slabs.opacities[max(i, 1u) - 1u].yz;
+            let own = slabs.opacities[max(i, 1u) - 1u].yzw;
             let slice_opacity = own.x * select(1.0, face_opacity, own.y > 0.0);
             let opacity = select(face_opacity, slice_opacity, is_slice);
             met.surfaces[i].colour = found.rgb;
+            if edges && is_slice && own.z > 0.0 {
+                let luminance = dot(found.rgb, vec3<f32>(0.2126, 0.7152, 0.0722));
+                let edge = select(0.0, 1.0, luminance < DARK);
+                met.surfaces[i].colour = mix(found.rgb, vec3<f32>(edge), edge_share(ray, plane, place));
+            }
             met.surfaces[i].opacity = select(0.0, opacity, is_there);
         }
     }

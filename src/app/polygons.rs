@@ -78,8 +78,8 @@ impl Window {
         }
         let [low, high] = opened.mesh.bounds();
         let lattice = scene.lattice();
-        let middle = (low + high).as_dvec3() / 2.0;
-        let reach = f64::from((high - low).length()) / 2.0;
+        let middle = (low + high) / 2.0;
+        let reach = (high - low).length() / 2.0;
         if (middle - lattice.centre()).length() > reach + lattice.bounding_radius() {
             self.notices.note(format!(
                 "These polygons lie beside the volume, whose world may have another origin or unit: {}",

@@ -49,6 +49,9 @@ pub struct InsideFlags {
     /// window do; without it they show every value
     #[arg(long)]
     pub slice_only_shown: bool,
+    /// Draw on all slices where they cut from one cell of a mesh into another
+    #[arg(long)]
+    pub slice_edges: bool,
     /// Show where the values pass V, lit by the scene's lights or, without, by the usual one; opaque, or
     /// of an opacity from 0 to 1; in the colour of V, or another. Up to 6 times
     #[arg(long, value_name = "V[:A[:RRGGBB]]", value_parser = isosurface,
@@ -145,13 +148,13 @@ impl InsideFlags {
         let across = self.slice.iter().map(|&SliceAt { axis, place, opacity }| {
             Slice::across(lattice, axis, place.share(lattice.dims[axis]), opacity)
         });
-        let only_shown = self.slice_only_shown;
+        let (only_shown, edges) = (self.slice_only_shown, self.slice_edges);
         let slices = across.chain(self.slice_plane.iter().copied());
         let inside = Inside {
             clip: Clip { faces, ..clip },
             along: self.projection.unwrap_or_default(),
             projected_range: None,
-            slices: slices.map(|slice| Slice { only_shown, ..slice }).collect(),
+            slices: slices.map(|slice| Slice { only_shown, edges, ..slice }).collect(),
             isosurfaces: self.iso.clone(),
         };
         inside.check(splat).map_err(|error| error.to_string())?;
@@ -264,7 +267,7 @@ fn slice(text: &str) -> Result<SliceAt, String> {
 
 fn slice_plane(text: &str) -> Result<Slice, String> {
     let (at, opacity) = with_opacity(text)?;
-    Ok(Slice { plane: plane(at)?, opacity, only_shown: false })
+    Ok(Slice { plane: plane(at)?, opacity, only_shown: false, edges: false })
 }
 
 fn isosurface(text: &str) -> Result<Isosurface, String> {

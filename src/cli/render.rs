@@ -32,11 +32,14 @@ const BLACK: Srgb8 = Srgb8([0; 3]);
 pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let refine = refine(flags)?;
     flags.shading.refuse_lights_put_out()?;
-    if flags.inside.slice_only_shown
-        && flags.inside.slice.is_empty()
-        && flags.inside.slice_plane.is_empty()
-    {
-        note("no slice is asked for, so --slice-only-shown changes nothing; add --slice");
+    let has_slices = !flags.inside.slice.is_empty() || !flags.inside.slice_plane.is_empty();
+    for (flag, is_given) in [
+        ("--slice-only-shown", flags.inside.slice_only_shown),
+        ("--slice-edges", flags.inside.slice_edges),
+    ] {
+        if is_given && !has_slices {
+            note(&format!("no slice is asked for, so {flag} changes nothing; add --slice"));
+        }
     }
     let seconds = flags.vectors.loop_seconds(&flags.output)?;
     if let Some(frames) = flags.vectors.cycle {

@@ -15,7 +15,7 @@ const HEAD: usize = 6;
 /// The rim of a solid without volume: nothing lies so far inside it.
 const NO_PLACE: f64 = -1.0;
 /// Cells as words. Behind the head: where the list of each box begins, and the last ends; the lists, of the words at which
-/// records begin; three numbers a point, what values grow by per index; and the records. Of each: its kind, how far outside
+/// records begin; three numbers a point, what values grow by per index; and the records. Of each: its kind, and above two bits which of the file's cells it is of, how far outside
 /// counts as inside, its first corner; of a tetrahedron the three rows that lead from an offset to (r, s, t) and four
 /// factors of its value, of others 21 factors of its place and eight of its value; the numbers of its corners.
 ///
@@ -78,7 +78,7 @@ pub(super) fn words(
             _ if placed.is_flat() => (NO_PLACE, &placed.factors()[1..]),
             _ => (widest.min(Rim::WIDEST / 10.0), &placed.factors()[1..]),
         };
-        words.extend([solid.kind() as u32, bits(rim)]);
+        words.extend([solid.kind() as u32 | cells.sources()[i] << 2, bits(rim)]);
         words.extend(placed.corners()[0].to_array().map(bits));
         words.extend(factors.iter().flat_map(|by| by.to_array().map(bits)));
         let count = if solid.kind() == Kind::Tetrahedron { 4 } else { 8 };

@@ -2,6 +2,7 @@
 
 use super::layout::{self, MOST_CLIPS, narrow, narrow4};
 use super::shade::CellsOfValues;
+use crate::kernel::Kernel;
 use crate::plan::Plan;
 use crate::scene::{AlongRay, CutFaces, HalfSpace};
 
@@ -14,6 +15,8 @@ pub(super) struct InsideVariant {
     pub cut_faces: bool,
     /// Slices.
     pub slices: u32,
+    /// Whether edges of cells are shown on any.
+    pub edges: bool,
     /// Isosurfaces.
     pub levels: u32,
     /// What stands for a ray.
@@ -41,6 +44,7 @@ impl InsideVariant {
             constants.push(("has_surfaces", f64::from(u8::from(self.surfaces() > 0))));
             constants.push(("cut_faces", f64::from(u8::from(self.cut_faces))));
             constants.push(("slices", f64::from(self.slices)));
+            constants.push(("edges", f64::from(u8::from(self.edges))));
         }
         if self.levels > 0 {
             constants.push(("levels", f64::from(self.levels)));
@@ -54,8 +58,8 @@ impl InsideVariant {
 pub(super) struct Opening {
     pub variant: InsideVariant,
     clip: Vec<HalfSpace>,
-    /// Planes, opacities, and whether what has none by the table is left out.
-    slices: Vec<(HalfSpace, f64, bool)>,
+    /// Planes, opacities, whether what has none by the table is left out, and whether edges of cells are shown.
+    slices: Vec<(HalfSpace, f64, [bool; 2])>,
     /// Values, linear colours, opacities.
     levels: Vec<(f64, [f32; 3], f64)>,
 }
@@ -71,7 +75,10 @@ impl Opening {
             .slices
             .iter()
             .filter(|_| composites)
-            .map(|slice| (slice.plane.in_index(lattice), slice.opacity, slice.only_shown))
+            .map(|slice| {
+                let looks = [slice.only_shown, slice.edges];
+                (slice.plane.in_index(lattice), slice.opacity, looks)
+            })
             .collect();
         let levels: Vec<_> = inside
             .isosurfaces
@@ -84,6 +91,7 @@ impl Opening {
             planes: u32::try_from(clip.len().min(MOST_CLIPS)).unwrap_or_default(),
             cut_faces: inside.clip.faces == CutFaces::Coloured && !clip.is_empty() && composites,
             slices: count(slices.len()),
+            edges: plan.mode.kernel == Kernel::Cells && slices.iter().any(|(.., [_, edges])| *edges),
             levels: count(levels.len()),
             along: inside.along,
         };
@@ -99,10 +107,11 @@ impl Opening {
         for (to, half) in constants.clip.iter_mut().zip(&self.clip) {
             *to = words(half);
         }
-        for (i, (half, opacity, only_shown)) in self.slices.iter().enumerate() {
+        for (i, (half, opacity, [only_shown, edges])) in self.slices.iter().enumerate() {
             constants.slices[i] = words(half);
             constants.opacities[i][1] = narrow(*opacity);
             constants.opacities[i][2] = f32::from(u8::from(*only_shown));
+            constants.opacities[i][3] = f32::from(u8::from(*edges));
         }
         for (i, (value, [r, g, b], opacity)) in self.levels.iter().enumerate() {
             let cell = values.at_zero + values.per_value * value;

@@ -61,6 +61,7 @@ fn corners(
     let mut found = Vec::new();
     let mut farthest = 0.0_f64;
     for layer in layers {
+        let from_centre = layer.mesh.origin() - centre;
         for triangle in layer.mesh.triangles(layer.look.is_smooth) {
             let colours = match (layer.look.colour, triangle.colours) {
                 (Some(colour), _) => [colour; 3],
@@ -68,7 +69,7 @@ fn corners(
                 (None, None) => [POLYGON_COLOUR; 3],
             };
             for (i, Srgb8([r, g, b])) in colours.into_iter().enumerate() {
-                let place = (triangle.corners[i].as_dvec3() - centre) / radius;
+                let place = (triangle.corners[i].as_dvec3() + from_centre) / radius;
                 farthest = farthest.max(place.abs().max_element());
                 let bits = f32::from_bits(u32::from_le_bytes([r, g, b, 0]));
                 found.push(layout::PolygonCorner {

@@ -139,6 +139,7 @@ impl Polygons {
         let beside = view.view_centre.truncate().extend(0.0);
         let mut triangles = Vec::new();
         for layer in &made_of.layers {
+            let from_centre = layer.mesh.origin() - centre;
             for (number, triangle) in layer.mesh.triangles(layer.look.is_smooth).enumerate() {
                 if number.is_multiple_of(1 << 12) {
                     look(ticket)?;
@@ -149,7 +150,7 @@ impl Polygons {
                     (None, None) => [POLYGON_COLOUR; 3],
                 };
                 let seen = |corner: glam::Vec3| {
-                    rotation * (corner.as_dvec3() - centre) * view.pixels_per_unit + beside
+                    rotation * (corner.as_dvec3() + from_centre) * view.pixels_per_unit + beside
                 };
                 triangles.push(Triangle {
                     corners: triangle.corners.map(seen),

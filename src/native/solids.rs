@@ -314,6 +314,29 @@ impl Solids {
         )
     }
 
+    /// Which of the file's cells places lie in; −1 outside all of them. Of numbers that single precision does not tell apart
+    /// the rest of a division: neighbours differ.
+    #[inline(never)]
+    pub(super) fn sources<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
+        let sources = self.field.cells().sources();
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut found = all(simd, -1.0);
+                self.each(
+                    simd,
+                    place,
+                    #[inline(always)]
+                    |solid, within, _| {
+                        let source = sources[solid as usize] % (1 << 24);
+                        found = choose(within, all(simd, source as f32), found);
+                    },
+                );
+                found
+            },
+        )
+    }
+
     /// The values' growth per index at places, as recovered at the points; 0 outside all cells.
     #[inline(never)]
     pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {

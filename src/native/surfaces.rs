@@ -2,14 +2,17 @@
 
 use fearless_simd::{Simd, prelude::*};
 
-use super::lanes::{LANES, Lanes, Mask, all, any, choose};
+use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::{Lattice, Method};
 use super::light::Light;
+use super::own::Own;
 use super::polygons::{Fragment, Fragments};
 use super::rays::{Packet, Rays, TILE};
+use super::solids::Solids;
 use super::table::Table;
+use crate::kernel::Kernel;
 use crate::plan::Plan;
-use crate::scene::{AlongRay, CutFaces};
+use crate::scene::{AlongRay, CutFaces, edge_colour};
 
 /// Of a ray, at most: a cut face, six slices, and six levels within a slab.
 const MOST_MET: usize = 13;
@@ -22,10 +25,21 @@ const ROOT_STEPS: usize = 7;
 pub(super) struct Surfaces {
     /// Matter where it is cut shows its value.
     cut_faces: bool,
-    /// Planes (a normal, and the product with it), opacities, and whether what has none by the table is left out.
-    slices: Vec<([f32; 4], f32, bool)>,
+    slices: Vec<Sliced>,
     /// Values, linear colours, opacities.
     levels: Vec<(f64, [f32; 3], f32)>,
+}
+
+/// A slice.
+#[derive(Debug, Clone, Copy)]
+struct Sliced {
+    /// A normal, and the product with it.
+    plane: [f32; 4],
+    opacity: f32,
+    /// Leaves out what has no opacity by the table.
+    only_shown: bool,
+    /// Shows edges of cells.
+    edges: bool,
 }
 
 /// What one ray meets at a depth.
@@ -73,7 +87,9 @@ impl Surfaces {
         let slices = inside.slices.iter().map(|slice| {
             let half = slice.plane.in_index(lattice);
             let plane = half.normal.as_vec3().extend(half.least as f32).to_array();
-            (plane, slice.opacity as f32, slice.only_shown)
+            let edges = slice.edges && plan.mode.kernel == Kernel::Cells;
+            let (opacity, only_shown) = (slice.opacity as f32, slice.only_shown);
+            Sliced { plane, opacity, only_shown, edges }
         });
         let levels = inside
             .isosurfaces
@@ -111,21 +127,23 @@ impl Surfaces {
         &self,
         simd: S,
         (lattice, method, table): (&Lattice, Method, &Table),
-        packet: &Packet<S>,
+        (rays, packet): (&Rays, &Packet<S>),
         ahead: &mut Ahead<'_, S>,
     ) {
-        let faces = self.cut_faces.then_some((packet.enter, packet.is_cut, (1.0, true)));
-        let slices = self.slices.iter().map(|&([nx, ny, nz, product], opacity, only_shown)| {
-            let normal = super::lanes::Vec3::splat(simd, [nx, ny, nz]);
+        let faces = self.cut_faces.then_some((packet.enter, packet.is_cut, (1.0, true), None));
+        let slices = self.slices.iter().map(|slice| {
+            let Sliced { plane: [nx, ny, nz, product], opacity, only_shown, edges } = *slice;
+            let normal = Vec3::splat(simd, [nx, ny, nz]);
             let growth = normal.dot(packet.direction);
             let is_along = growth.abs().simd_lt(all(simd, 1e-20));
             let one = all(simd, 1.0);
             let t =
                 (all(simd, product) - normal.dot(packet.origin)) / choose(is_along, one, growth);
             let is_in = !is_along & t.simd_gt(packet.enter) & t.simd_lt(packet.leave);
-            (t, is_in & packet.is_there, (opacity, only_shown))
+            let edges = edges.then_some(slice.plane);
+            (t, is_in & packet.is_there, (opacity, only_shown), edges)
         });
-        for (t, is_met, (opacity, only_shown)) in faces.into_iter().chain(slices) {
+        for (t, is_met, (opacity, only_shown), edges) in faces.into_iter().chain(slices) {
             if !any(is_met) {
                 continue;
             }
@@ -133,6 +151,12 @@ impl Surfaces {
             let stored = lattice.value(simd, method, place);
             let look = table.look(simd, table.cell(simd, stored));
             let nothing = Lattice::is_nothing(simd, method, stored);
+            let share = match (edges, &lattice.own) {
+                (Some(plane), Some(Own::Cells(cells))) => {
+                    edge_share(simd, cells, (rays, packet), plane, place)
+                }
+                _ => all(simd, 0.0),
+            };
             for i in 0..LANES {
                 if !is_met.test(i) {
                     continue;
@@ -147,6 +171,12 @@ impl Surfaces {
                 let is_there = if in_hole { holes_show } else { !nothing.test(i) };
                 let is_there = is_there && (weight > 0.0 || !only_shown);
                 if is_there && opacity > 0.0 {
+                    if share[i] > 0.0 {
+                        let edged = edge_colour(colour.map(f64::from), f64::from(share[i]));
+                        #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
+                        let edged = edged.map(|c| c as f32);
+                        colour = edged;
+                    }
                     ahead.insert(i, Met { t: t[i], colour, opacity, samples: EVERY_SAMPLE });
                 }
             }
@@ -218,6 +248,32 @@ impl Surfaces {
         }
         is_met
     }
+}
+
+/// How many of the four places half a pixel beside one on a plane lie in another of the file's cells.
+#[inline(always)]
+fn edge_share<S: Simd>(
+    simd: S,
+    cells: &Solids,
+    (rays, packet): (&Rays, &Packet<S>),
+    [nx, ny, nz, product]: [f32; 4],
+    place: Vec3<S>,
+) -> Lanes<S> {
+    let own = cells.sources(simd, place);
+    let normal = Vec3::splat(simd, [nx, ny, nz]);
+    let mut share = all(simd, 0.0);
+    for (side, by) in [(rays.right, 0.5), (rays.right, -0.5), (rays.up, 0.5), (rays.up, -0.5)] {
+        let side = Vec3::splat(simd, side).scaled(all(simd, by));
+        let origin = packet.origin.add(side.scaled(all(simd, rays.scale)));
+        let direction = packet.direction.add(side.scaled(all(simd, rays.growth)));
+        let growth = normal.dot(direction);
+        let is_along = growth.abs().simd_lt(all(simd, 1e-20));
+        let growth = choose(is_along, all(simd, 1e-20), growth);
+        let t = (all(simd, product) - normal.dot(origin)) / growth;
+        let other = cells.sources(simd, origin.at(direction, t));
+        share += choose(other.simd_ne(own), all(simd, 0.25), all(simd, 0.0));
+    }
+    share
 }
 
 impl<'a, S: Simd> Ahead<'a, S> {

@@ -168,7 +168,7 @@ impl Scene<'_> {
             let mut met = Ahead::new(simd, fragments, first, kept, self.rule.back_to_front);
             if let Some(surfaces) = self.surfaces {
                 let field = (self.lattice, method, self.table);
-                surfaces.ahead(simd, field, packet, &mut met);
+                surfaces.ahead(simd, field, (self.rays, packet), &mut met);
             }
             ahead = Some(met);
         }

@@ -1,6 +1,6 @@
 //! Triangles that share their corners.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::core::Srgb8;
 
@@ -9,6 +9,8 @@ use crate::core::Srgb8;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     name: String,
+    /// What positions are counted from, world: coordinates far from 0 keep their digits.
+    origin: DVec3,
     positions: Vec<Vec3>,
     /// As long as `positions` or empty; not of length 1, and perhaps zero.
     normals: Vec<Vec3>,
@@ -16,6 +18,9 @@ pub struct Mesh {
     colours: Vec<Srgb8>,
     triangles: Vec<[u32; 3]>,
 }
+
+/// Of positions that are so many times farther from 0 than they extend, single precision keeps 18 bits or fewer of that.
+const FAR: f64 = 64.0;
 
 /// What is no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -62,7 +67,7 @@ pub enum MeshError {
 /// A triangle, its corners in order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Triangle {
-    /// World positions.
+    /// Offsets from the mesh's origin, world.
     pub corners: [Vec3; 3],
     /// Unit normals at the corners.
     pub normals: [Vec3; 3],
@@ -101,7 +106,34 @@ impl Mesh {
             }
         }
         let normals = normals.into_iter().map(sound).collect();
-        Ok(Self { name: name.into(), positions, normals, colours, triangles })
+        let origin = DVec3::ZERO;
+        Ok(Self { name: name.into(), origin, positions, normals, colours, triangles })
+    }
+
+    /// The same of positions in double precision: those that lie far from 0 for their extent are counted from their middle.
+    ///
+    /// # Errors
+    /// See [`MeshError`].
+    pub fn of_places(
+        name: impl Into<String>,
+        places: &[DVec3],
+        normals: Vec<Vec3>,
+        colours: Vec<Srgb8>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<Self, MeshError> {
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let [low, high] =
+            places.iter().fold(none, |[low, high], p| [low.min(*p), high.max(*p)]);
+        let farthest = low.abs().max(high.abs()).max_element();
+        let is_far = farthest > FAR * (high - low).max_element();
+        let origin = if is_far && farthest.is_finite() { (low + high) / 2.0 } else { DVec3::ZERO };
+        let positions = places.iter().map(|place| (*place - origin).as_vec3()).collect();
+        Ok(Self { origin, ..Self::new(name, positions, normals, colours, triangles)? })
+    }
+
+    /// What corners are counted from, world.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
     }
 
     /// What it is called.
@@ -134,11 +166,11 @@ impl Mesh {
         self.triangles.iter().filter(|t| self.flat_normal(**t) == Vec3::ZERO).count()
     }
 
-    /// Least and greatest coordinates of the corners.
-    pub fn bounds(&self) -> [Vec3; 2] {
-        self.positions.iter().fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], p| {
-            [low.min(*p), high.max(*p)]
-        })
+    /// Least and greatest coordinates of the corners, world.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+        let wider = |[low, high]: [Vec3; 2], p: &Vec3| [low.min(*p), high.max(*p)];
+        self.positions.iter().fold(none, wider).map(|corner| self.origin + corner.as_dvec3())
     }
 
     fn flat_normal(&self, triangle: [u32; 3]) -> Vec3 {
@@ -153,7 +185,7 @@ impl Mesh {
         if self.has_normals() {
             return self.normals.clone();
         }
-        let mut sums = vec![glam::DVec3::ZERO; self.positions.len()];
+        let mut sums = vec![DVec3::ZERO; self.positions.len()];
         for triangle in &self.triangles {
             let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
             let area = (b - a).cross(c - a);
@@ -233,7 +265,7 @@ mod tests {
         let mesh = Mesh::new("", positions, Vec::new(), Vec::new(), triangles).unwrap();
         assert_eq!(mesh.degenerate(), 2);
         assert_eq!(mesh.triangles(false).next().unwrap().normals[0], Vec3::Z);
-        assert_eq!(mesh.bounds(), [Vec3::ZERO, Vec3::splat(1e-30)]);
+        assert_eq!(mesh.bounds(), [DVec3::ZERO, Vec3::splat(1e-30).as_dvec3()]);
     }
 
     #[test]
@@ -242,5 +274,25 @@ mod tests {
         let mesh = Mesh::new("", corners(), normals, Vec::new(), vec![[0, 1, 2]]).unwrap();
         assert_eq!(mesh.triangles(true).next().unwrap().normals, [Vec3::Z; 3]);
         assert!(mesh.has_normals() && !mesh.has_colours());
+    }
+
+    #[test]
+    fn places_far_from_0_keep_their_digits_and_others_are_as_they_were() {
+        let far = DVec3::new(1e7, -2e7, 3e7);
+        let places = |about: DVec3| corners().iter().map(|p| about + p.as_dvec3() * 1e-3).collect::<Vec<_>>();
+        let of = |places: &[DVec3]| {
+            Mesh::of_places("", places, Vec::new(), Vec::new(), vec![[0, 1, 2], [0, 2, 3]]).unwrap()
+        };
+        let mesh = of(&places(far));
+        assert!((mesh.origin() - far).length() < 1e-2);
+        for (triangle, expected) in mesh.triangles(false).zip([[0, 1, 2], [0, 2, 3]]) {
+            for (corner, i) in triangle.corners.iter().zip(expected) {
+                let found = mesh.origin() + corner.as_dvec3();
+                assert!((found - places(far)[i]).length() < 1e-8, "{found}");
+            }
+        }
+        let [low, high] = mesh.bounds();
+        assert!(((high - low) - 1e-3).length() < 1e-8, "{low} {high}");
+        assert_eq!(of(&places(DVec3::ZERO)).origin(), DVec3::ZERO);
     }
 }

@@ -17,7 +17,7 @@ const SHAFT_RADIUS: f64 = 0.4;
 /// Shapes one after another, all of one mesh.
 #[derive(Debug, Clone, Default)]
 pub struct Shapes {
-    positions: Vec<Vec3>,
+    positions: Vec<DVec3>,
     normals: Vec<Vec3>,
     colours: Vec<Srgb8>,
     triangles: Vec<[u32; 3]>,
@@ -40,12 +40,12 @@ impl Shapes {
     /// None, or one that reaches beyond 32-bit floats.
     pub fn mesh(self, name: impl Into<String>) -> Result<Mesh, MeshError> {
         let Self { positions, normals, colours, triangles } = self;
-        Mesh::new(name, positions, normals, colours, triangles)
+        Mesh::of_places(name, &positions, normals, colours, triangles)
     }
 
     fn corner(&mut self, place: DVec3, normal: DVec3, colour: Srgb8) -> u32 {
         let index = self.positions.len() as u32;
-        self.positions.push(place.as_vec3());
+        self.positions.push(place);
         self.normals.push(normal.as_vec3());
         self.colours.push(colour);
         index

@@ -111,6 +111,11 @@ impl Cells {
         found
     }
 
+    /// Which of the file's cells one is of.
+    pub(super) fn source(&self, solid: usize) -> u32 {
+        self.field.cells().sources()[solid]
+    }
+
     /// The value at a place; `None` outside all cells.
     pub(super) fn value(&self, place: DVec3) -> Option<f64> {
         self.find(place).map(|(solid, unit)| self.field.value(solid, unit))

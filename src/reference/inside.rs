@@ -9,7 +9,7 @@ use super::quadrature::Density;
 use super::shading::Shader;
 use super::sources::Line;
 use super::truth::domain;
-use crate::scene::{AlongRay, CutFaces, Inside, Scene};
+use crate::scene::{AlongRay, CutFaces, Inside, Scene, edge_colour};
 use crate::volume::Lattice;
 
 /// What of a scene a ray meets.
@@ -105,6 +105,11 @@ impl Opening {
         Self { inside: scene.inside.shown_by(&scene.splat), ..Self::of(scene) }
     }
 
+    /// Whether a slice shows the edges of cells.
+    pub(super) fn has_edges(&self) -> bool {
+        self.inside.slices.iter().any(|slice| slice.edges)
+    }
+
     /// What stands for a ray, if not its light.
     pub(super) fn projects(&self) -> Option<AlongRay> {
         Some(self.inside.along).filter(|along| *along != AlongRay::Composite)
@@ -141,12 +146,13 @@ impl Opening {
         [a, b]
     }
 
-    /// What is left of a ray; `None` where nothing is. `world` and `index` are the same line.
+    /// What is left of a ray; `None` where nothing is. `world` and `index` are the same line; `beside` are rays half a pixel
+    /// from it on four sides, in the world, where edges of cells are to be seen.
     pub(super) fn part(
         &self,
         (field, classes): (&Field, &Classes),
-        world: &Line,
-        index: &Line,
+        (world, index): (&Line, &Line),
+        beside: &[Line],
     ) -> Option<Part> {
         let mut is_cut = false;
         let [a, b] = self.kept(world, index, domain(field.dims, index)?, &mut is_cut);
@@ -186,7 +192,24 @@ impl Opening {
             let value = value.filter(shows);
             let opacity = slice.opacity;
             let of = Met::Slice;
-            surfaces.extend(value.map(|v| Surface { of, t, opacity, colour: classes.colour(v) }));
+            let share = match &field.cells {
+                Some(cells) if slice.edges && value.is_some() => {
+                    let number = |place| cells.find(place).map(|(solid, _)| cells.source(solid));
+                    let own = number(place);
+                    let is_other = |line: &&Line| {
+                        let plane = slice.plane;
+                        let t = (plane.point - line.start).dot(plane.normal)
+                            / line.step.dot(plane.normal);
+                        number(self.lattice.index_from_world(line.at(t))) != own
+                    };
+                    beside.iter().filter(is_other).count() as f64 / beside.len().max(1) as f64
+                }
+                _ => 0.0,
+            };
+            surfaces.extend(value.map(|v| {
+                let colour = edge_colour(classes.colour(v), share);
+                Surface { of, t, opacity, colour }
+            }));
         }
         for iso in &self.inside.isosurfaces {
             let colour = iso.colour.map_or_else(|| classes.colour(iso.value), |c| c.to_linear().0);

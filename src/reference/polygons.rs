@@ -59,8 +59,9 @@ pub(super) fn met_by(scene: &Scene, ray: &Line) -> Vec<Surface> {
     let clip = clip_of(scene);
     let mut met = Vec::new();
     for layer in drawn(scene) {
+        let origin = layer.mesh.origin();
         for triangle in layer.mesh.triangles(false) {
-            let found = meet(ray, triangle.corners.map(|corner| corner.as_dvec3()));
+            let found = meet(ray, triangle.corners.map(|corner| origin + corner.as_dvec3()));
             let inside = found.filter(|(shares, _)| shares.min_element() >= 0.0);
             let Some((_, t)) = inside else { continue };
             if t >= ray.from && is_kept(clip.as_ref(), ray.at(t)) {
@@ -111,7 +112,7 @@ impl Polygons {
             for triangle in layer.mesh.triangles(layer.look.is_smooth) {
                 let own = triangle.colours.unwrap_or([POLYGON_COLOUR; 3]);
                 let corner = |i: usize| Corner {
-                    place: triangle.corners[i].as_dvec3(),
+                    place: layer.mesh.origin() + triangle.corners[i].as_dvec3(),
                     normal: triangle.normals[i].as_dvec3(),
                     colour: layer.look.colour.unwrap_or(own[i]).to_linear().0,
                 };

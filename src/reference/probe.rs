@@ -118,7 +118,7 @@ impl Probe {
         let unit = scene.opacity_unit_distance();
         let classes = Classes::new(&shading.by_value(&transfer), unit, false);
         let polygons = polygons::met_by(scene, &world);
-        let part = opening.part((&self.field, &classes), &world, &index);
+        let part = opening.part((&self.field, &classes), (&world, &index), &[]);
         if part.is_none() && polygons.is_empty() {
             return Seen::Beside;
         }

@@ -219,14 +219,25 @@ impl Reference {
         let size = self.size.map(|n| (n * self.fine) as f64);
         let at = DVec2::new(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);
         let ray = Line::through(&self.camera, at, size);
-        let Some(polygons) = &self.polygons else { return self.traced(pixel, &ray, &[]) };
+        let half = self.fine as f64 / 2.0;
+        let sides = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
+        let beside: Vec<Line> = match self.opening.has_edges() {
+            true => sides.map(|side| Line::through(&self.camera, at + half * side, size)).into(),
+            false => Vec::new(),
+        };
+        let Some(polygons) = &self.polygons else { return self.traced(pixel, (&ray, &beside), &[]) };
         let seen = polygons.seen_by(pixel.map(|i| i / self.fine), &ray);
-        let samples = seen.map(|polygons| self.traced(pixel, &ray, &polygons));
+        let samples = seen.map(|polygons| self.traced(pixel, (&ray, &beside), &polygons));
         std::array::from_fn(|c| samples.iter().map(|sample| sample[c]).sum::<f64>() / 4.0)
     }
 
     /// One ray, with the polygons that a sample of its pixel sees, from the eye inwards.
-    fn traced(&self, pixel: [usize; 2], ray: &Line, polygons: &[Surface]) -> [f64; 4] {
+    fn traced(
+        &self,
+        pixel: [usize; 2],
+        (ray, beside): (&Line, &[Line]),
+        polygons: &[Surface],
+    ) -> [f64; 4] {
         let ray = *ray;
         let is_alone = matches!(self.source, Source::Nothing);
         if is_alone && self.exact {
@@ -249,7 +260,7 @@ impl Reference {
                 let line = ray.mapped(map, self.lattice.origin);
                 let shader = shader.as_deref();
                 let shade = RayShader { shader, field, world: &ray, index: &line, beside: &[] };
-                let part = self.opening.part((field, classes), &ray, &line);
+                let part = self.opening.part((field, classes), (&ray, &line), beside);
                 if part.is_none() && self.vectors.is_empty() && polygons.is_empty() {
                     return [0.0; 4];
                 }

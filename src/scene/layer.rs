@@ -416,7 +416,7 @@ fn corners(samples: &Sampled) -> Vec<DVec3> {
         Sampled::Vectors(field) => {
             (0..field.vectors.len()).map(|index| field.places.at(index).0).collect()
         }
-        Sampled::Mesh(mesh) => mesh.bounds().map(|corner| corner.as_dvec3()).to_vec(),
+        Sampled::Mesh(mesh) => mesh.bounds().to_vec(),
     }
 }
 

@@ -29,7 +29,7 @@ pub use framing::{
 };
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
-    MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice, projected_range,
+    MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice, edge_colour, projected_range,
 };
 pub use layer::{Layer, Look, Surface, VectorLayer, offers};
 pub use mode::{

@@ -211,7 +211,8 @@ fn cells(
         low = low.max(from.min(high));
         high = high.min(to.max(low));
     }
-    let least_width = low.abs().max(high.abs()).max(1e-30) * 1e-11;
+    // So wide that single precision has a number for the cells to a unit, also of a field that is 0 throughout.
+    let least_width = (low.abs().max(high.abs()) * 1e-11).max(1e-34);
     if high - low < least_width {
         let middle = low / 2.0 + high / 2.0;
         (low, high) = (middle - least_width / 2.0, middle + least_width / 2.0);

@@ -340,8 +340,8 @@ fn slices_are_the_references_at_their_depth() {
             normal: lattice.axes().inverse().transpose() * DVec3::X,
         };
         vec![
-            Slice { plane: plane(lattice), opacity: 0.6, only_shown: false },
-            Slice { plane: across, opacity: 1.0, only_shown: false },
+            Slice { plane: plane(lattice), opacity: 0.6, only_shown: false, edges: false },
+            Slice { plane: across, opacity: 1.0, only_shown: false, edges: false },
         ]
     };
     for (name, change) in [
@@ -372,7 +372,7 @@ fn samples_without_data_have_no_surface_no_slice_and_no_value() {
     agrees_but_for_edges("levels among holes", &surfaces);
     let mut sliced = holed();
     sliced.inside.slices =
-        vec![Slice { plane: plane(&lattice()), opacity: 0.6, only_shown: false }];
+        vec![Slice { plane: plane(&lattice()), opacity: 0.6, only_shown: false, edges: false }];
     transfer_of(&mut sliced).opacity.iter_mut().for_each(|(_, alpha)| *alpha = 0.0);
     agrees_but_for_edges("a slice among holes", &sliced);
     for along in [AlongRay::Maximum, AlongRay::Average] {

@@ -90,7 +90,7 @@ fn cut_faces_and_slices_show_no_data() {
     let bounds = ClipBox { low: [0.0, 0.3, 0.0], high: [1.0; 3] };
     let clip = Clip { bounds: Some(bounds), faces: CutFaces::Coloured, ..Clip::default() };
     let plane = Plane { point: lattice.centre(), normal: DVec3::new(0.3, 0.2, 1.0).normalize() };
-    let slices = vec![Slice { plane, opacity: 0.8, only_shown: false }];
+    let slices = vec![Slice { plane, opacity: 0.8, only_shown: false, edges: false }];
     scene.inside = Inside { clip, slices, ..Inside::default() };
     agrees("cut open", &scene, WITHIN);
 }

@@ -160,7 +160,7 @@ fn polygons_among_all_other_surfaces_are_the_references() {
             planes: vec![plane],
             faces: CutFaces::Coloured,
         },
-        slices: vec![Slice { plane: across, opacity: 0.6, only_shown: false }],
+        slices: vec![Slice { plane: across, opacity: 0.6, only_shown: false, edges: false }],
         ..Inside::default()
     };
     let mut scene = Scene { inside, ..with_polygons(exact(), both()) };

@@ -130,6 +130,7 @@ fn part_name(part: Part) -> String {
         Part::CutFaces => "cut-faces".to_owned(),
         Part::Slices => "slices".to_owned(),
         Part::SlicesOfWhatShows => "slices of what shows".to_owned(),
+        Part::SlicesWithEdges => "slices with edges".to_owned(),
         Part::ColourRange => "a range".to_owned(),
         Part::Isosurfaces => "isosurfaces".to_owned(),
         Part::Along(along) => along.name().to_owned(),
@@ -383,7 +384,8 @@ fn functions() -> Vec<Row> {
 /// Cells themselves, of every kind, and among all else.
 fn cells() -> Vec<Row> {
     use Part::{
-        Along, Clip, CutFaces, Isosurfaces, Lights, OpacityBy, OpaquePolygons, Slices, Vectors,
+        Along, Clip, CutFaces, Isosurfaces, Lights, OpacityBy, OpaquePolygons, Slices,
+        SlicesWithEdges, Vectors,
     };
     let by = |classify| SplatSettings { classify, ..with(Kernel::Cells, EXACT) };
     let [exact, after] = [by(Classify::PreIntegrated), by(Classify::After)];
@@ -399,6 +401,10 @@ fn cells() -> Vec<Row> {
     }
     rows.push(Row::new(Field::MixedCells, &[CutFaces, Slices], exact));
     rows.push(Row::new(Field::CellValues, &[Lights, Slices], exact));
+    for eye in [Eye::Parallel, Eye::Perspective] {
+        rows.push(Row::new(Field::MixedCells, &[SlicesWithEdges], exact).from(eye));
+    }
+    rows.push(Row::new(Field::Tetrahedra, &[SlicesWithEdges], exact));
     rows.push(Row::new(Field::Tetrahedra, &[OpacityBy(Index::GradientStrength)], exact));
     rows.push(Row::new(Field::Tetrahedra, &[Lights, Isosurfaces], slabs(4.0, exact)));
     for along in [AlongRay::Maximum, AlongRay::Average] {

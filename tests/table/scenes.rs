@@ -81,6 +81,8 @@ pub(crate) enum Part {
     Slices,
     /// The same without what has no opacity.
     SlicesOfWhatShows,
+    /// With edges of cells.
+    SlicesWithEdges,
     Isosurfaces,
     Along(AlongRay),
     /// What is projected has its colours in a range of its own.
@@ -351,11 +353,12 @@ fn add(scene: &mut Scene, part: Part) {
                 clip.faces = CutFaces::Coloured;
             }
         }
-        Part::Slices | Part::SlicesOfWhatShows => {
+        Part::Slices | Part::SlicesOfWhatShows | Part::SlicesWithEdges => {
             let only_shown = part == Part::SlicesOfWhatShows;
+            let edges = part == Part::SlicesWithEdges;
             inside.slices = vec![
-                Slice { plane: oblique(&lattice, 0.1), opacity: 0.6, only_shown },
-                Slice { only_shown, ..Slice::across(&lattice, 2, 0.4, 1.0) },
+                Slice { plane: oblique(&lattice, 0.1), opacity: 0.6, only_shown, edges },
+                Slice { only_shown, edges, ..Slice::across(&lattice, 2, 0.4, 1.0) },
             ];
         }
         Part::Isosurfaces => {

@@ -48,7 +48,8 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     }
     let lattice = &volume.lattice;
     let more = ["Add slice", "slices", "A plane that shows the values on it in their colours"];
-    let one = |ui: &mut Ui, i, slice: &mut _| slice_ui(ui, i, slice, lattice, camera);
+    let has_cells = splat.kernel == Kernel::Cells;
+    let one = |ui: &mut Ui, i, slice: &mut _| slice_ui(ui, (i, has_cells), slice, lattice, camera);
     if listed_ui(ui, slices, MOST_SLICES, more, one) {
         // The axis that has the fewest of them.
         let on =
@@ -134,8 +135,14 @@ fn isosurface_ui(
     })
 }
 
-/// One slice; whether it is to be removed.
-fn slice_ui(ui: &mut Ui, i: usize, slice: &mut Slice, lattice: &Lattice, camera: &Camera) -> bool {
+/// One slice, perhaps through cells; whether it is to be removed.
+fn slice_ui(
+    ui: &mut Ui,
+    (i, has_cells): (usize, bool),
+    slice: &mut Slice,
+    lattice: &Lattice,
+    camera: &Camera,
+) -> bool {
     let name = format!("Slice {}", i + 1);
     let across = (0..3).find(|&axis| slice.share_across(lattice, axis).is_some());
     let removed = row_ui(ui, &name, |ui| {
@@ -182,6 +189,13 @@ fn slice_ui(ui: &mut Ui, i: usize, slice: &mut Slice, lattice: &Lattice, camera:
                  lies behind is seen through them. Without it the slice shows every value in its colour",
             );
     });
+    if has_cells {
+        row_ui(ui, "", |ui| {
+            ui.checkbox(&mut slice.edges, "Edges of cells")
+                .accessible_name(format!("{name} edges of cells"))
+                .on_hover_text("Lines where the slice cuts from one cell of the mesh into another");
+        });
+    }
     removed
 }
 

@@ -57,7 +57,7 @@ pub struct OpenedMesh {
 
 /// Bytes that become of one byte of a file, at most: of binary PLY with 8-bit coordinates, beside its
 /// elements while they are sorted out.
-const MOST_GROWTH: u64 = 32;
+const MOST_GROWTH: u64 = 40;
 
 /// Reads a file of triangles; `memory_limit_bytes` of `None` is what the system says is free.
 ///
@@ -97,7 +97,8 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
         MeshFormat::Obj => obj::read(bytes, ticket),
     }?;
     let Parts { positions, normals, colours, triangles } = parts;
-    let mesh = Mesh::new(name, positions, normals, colours, triangles).map_err(no_mesh)?;
+    let mesh =
+        Mesh::of_places(name, &positions, normals, colours, triangles).map_err(no_mesh)?;
     let degenerate = mesh.degenerate();
     if degenerate > 0 {
         warnings.push(format!(
@@ -111,7 +112,8 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
 /// What readers find.
 #[derive(Debug, Default)]
 struct Parts {
-    positions: Vec<glam::Vec3>,
+    /// World.
+    positions: Vec<glam::DVec3>,
     normals: Vec<glam::Vec3>,
     colours: Vec<crate::core::Srgb8>,
     triangles: Vec<[u32; 3]>,
@@ -146,12 +148,14 @@ fn of_cells(
     // Points that no triangle has may lie anywhere.
     let mut is_used = vec![false; cells.points().len()];
     triangles.iter().flatten().for_each(|point| is_used[*point as usize] = true);
+    let first = triangles.first().map_or(glam::DVec3::ZERO, |t| cells.points()[t[0] as usize]);
     let place = |(point, is_used): (&glam::DVec3, bool)| match is_used {
-        true => point.as_vec3(),
-        false => glam::Vec3::ZERO,
+        true => *point,
+        false => first,
     };
-    let positions = cells.points().iter().zip(is_used).map(place).collect();
-    let mesh = Mesh::new(name, positions, Vec::new(), Vec::new(), triangles).map_err(no_mesh)?;
+    let positions: Vec<_> = cells.points().iter().zip(is_used).map(place).collect();
+    let mesh =
+        Mesh::of_places(name, &positions, Vec::new(), Vec::new(), triangles).map_err(no_mesh)?;
     Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings: opened.warnings }))
 }
 

@@ -3,7 +3,7 @@
 
 use std::io::BufReader;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::{Parts, Watched, corrupt};
 use crate::core::Srgb8;
@@ -34,9 +34,12 @@ pub(super) fn read(bytes: Vec<u8>, ticket: &Ticket) -> Result<Parts, Problem> {
     let have_colours = meshes().all(|mesh| mesh.vertex_color.len() == mesh.positions.len());
     for mesh in meshes() {
         let first = parts.positions.len() as u32;
+        let places = |flat: &[f64]| -> Vec<DVec3> {
+            flat.chunks_exact(3).map(DVec3::from_slice).collect()
+        };
         let vectors =
-            |flat: &[f32]| -> Vec<Vec3> { flat.chunks_exact(3).map(Vec3::from_slice).collect() };
-        parts.positions.extend(vectors(&mesh.positions));
+            |flat: &[f64]| -> Vec<Vec3> { places(flat).iter().map(DVec3::as_vec3).collect() };
+        parts.positions.extend(places(&mesh.positions));
         if have_normals {
             parts.normals.extend(vectors(&mesh.normals));
         }

@@ -3,7 +3,7 @@
 
 use std::io::BufReader;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
@@ -16,7 +16,7 @@ use crate::io::error::{Problem, header, quoted};
 
 /// Any element, as far as it is of use.
 struct Element {
-    position: Vec3,
+    position: DVec3,
     normal: Vec3,
     colour: [u8; 3],
     corners: Vec<u32>,
@@ -24,16 +24,22 @@ struct Element {
 
 impl PropertyAccess for Element {
     fn new() -> Self {
-        Self { position: Vec3::NAN, normal: Vec3::ZERO, colour: [0; 3], corners: Vec::new() }
+        Self { position: DVec3::NAN, normal: Vec3::ZERO, colour: [0; 3], corners: Vec::new() }
     }
 
     fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
         let number = || value.to_f32_lossy();
+        let place = || match &value {
+            Property::Double(place) => Some(*place),
+            Property::Int(place) => Some(f64::from(*place)),
+            Property::UInt(place) => Some(f64::from(*place)),
+            other => other.to_f32_lossy().map(f64::from),
+        };
         let channel = || colour(&value);
         match name {
-            "x" => set(&mut self.position.x, number()),
-            "y" => set(&mut self.position.y, number()),
-            "z" => set(&mut self.position.z, number()),
+            "x" => set(&mut self.position.x, place()),
+            "y" => set(&mut self.position.y, place()),
+            "z" => set(&mut self.position.z, place()),
             "nx" => set(&mut self.normal.x, number()),
             "ny" => set(&mut self.normal.y, number()),
             "nz" => set(&mut self.normal.z, number()),

@@ -59,7 +59,7 @@ pub(super) fn read(
             let next = parts.positions.len() as u32;
             let index = *known.entry(position.to_array().map(f32::to_bits)).or_insert(next);
             if index == next {
-                parts.positions.push(position);
+                parts.positions.push(position.as_dvec3());
             }
             index
         });

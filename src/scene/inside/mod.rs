@@ -10,7 +10,7 @@ mod surfaces;
 
 pub use clip::{Clip, ClipBox, CutFaces, HalfSpace, MOST_CLIP_PLANES, Plane};
 pub use projected::projected_range;
-pub use surfaces::{Isosurface, MOST_ISOSURFACES, MOST_SLICES, Slice};
+pub use surfaces::{Isosurface, MOST_ISOSURFACES, MOST_SLICES, Slice, edge_colour};
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

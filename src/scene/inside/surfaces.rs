@@ -23,6 +23,20 @@ pub struct Slice {
     /// Leaves out what has no opacity by the transfer function, so that it is no wall before what lies behind.
     #[serde(default)]
     pub only_shown: bool,
+    /// Draws where it cuts from one cell of the file into another, where cells are drawn ([`edge_colour`]).
+    #[serde(default)]
+    pub edges: bool,
+}
+
+/// The greatest luminance, linear light, on which edges of cells are white rather than black.
+pub const DARK: f64 = 0.08;
+
+/// A colour of a slice, linear, where `share` of the places half a pixel beside it lie in another cell.
+pub fn edge_colour(colour: [f64; 3], share: f64) -> [f64; 3] {
+    let [r, g, b] = colour;
+    let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    let edge = if luminance < DARK { 1.0 } else { 0.0 };
+    colour.map(|c| c + (edge - c) * share)
 }
 
 /// Where values pass a level.
@@ -62,7 +76,7 @@ impl Slice {
         normal[axis] = 1.0;
         let normal = (lattice.axes().inverse().transpose() * normal).normalize_or_zero();
         let plane = Plane { point: lattice.world_from_index(index), normal };
-        Self { plane, opacity, only_shown: false }
+        Self { plane, opacity, only_shown: false, edges: false }
     }
 
     /// The share of a lattice's extent along an axis at which it lies across it; `None` where it lies
