@@ -1319,13 +1319,21 @@ fn fields_of_one_value_are_seen() {
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     let (file, picture) = (at("constant.nrrd"), at("p.png"));
     for value in [0.0_f32, 1e-28, -7.5] {
-        let header = "NRRD0004\ntype: float\ndimension: 3\nsizes: 6 6 6\nendian: little\nencoding: raw\n\n";
+        let header =
+            "NRRD0004\ntype: float\ndimension: 3\nsizes: 6 6 6\nendian: little\nencoding: raw\n\n";
         let mut bytes = header.as_bytes().to_vec();
         bytes.extend(value.to_le_bytes().repeat(216));
         std::fs::write(&file, bytes).expect("written");
         for engine in ["native", "gpu"] {
             let drawn = voxsplat(&[
-                "render", &file, "--output", &picture, "--engine", engine, "--resolution", "60,40",
+                "render",
+                &file,
+                "--output",
+                &picture,
+                "--engine",
+                engine,
+                "--resolution",
+                "60,40",
             ]);
             assert_eq!(drawn.status.code(), Some(0), "{value} {engine}: {}", errors(&drawn));
             assert!(share_that_shows(&picture) > 0.1, "{value} {engine}");

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::mpsc;
 use std::time::Duration;
 
-use DVec3;
+use glam::DVec3;
 use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::{Camera, Projection, Ticket};
 use voxsplat::gpu::{AdapterChoice, has_hardware};
@@ -133,7 +133,8 @@ fn what_lies_far_from_0_is_seen_as_it_is_near() {
         still(&alone(), &scene).unwrap().light
     };
     let (near, there) = (picture(DVec3::ZERO), picture(far));
-    let off = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+    let off =
+        |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
     // Pixels at the border of a triangle may go either way.
     let others = near.iter().zip(&there).filter(|pair| off(*pair) > 1e-3).count();
     let seen = near.iter().filter(|pixel| pixel[3] > 0.05).count();

@@ -294,6 +294,7 @@ mod tests {
             slice: vec![slice("z=50%:0.25").unwrap()],
             slice_plane: vec![slice_plane("1,2,3,0,0,-1:0.5").unwrap()],
             slice_only_shown: true,
+            slice_edges: true,
             iso: vec![isosurface("-300:0.4:ff8000").unwrap(), isosurface("12.5").unwrap()],
             projection: None,
         };
@@ -311,7 +312,7 @@ mod tests {
         assert_eq!(clip.planes, [expected]);
         assert!((slices[0].share_across(&lattice, 2).unwrap() - 0.5).abs() < 1e-12);
         assert_eq!((slices[0].opacity, slices[1].opacity, slices.len()), (0.25, 0.5, 2));
-        assert!(slices.iter().all(|slice| slice.only_shown));
+        assert!(slices.iter().all(|slice| slice.only_shown && slice.edges));
         let colour = Some(crate::core::Srgb8([255, 128, 0]));
         let expected = [
             Isosurface { value: -300.0, opacity: 0.4, colour },

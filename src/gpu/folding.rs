@@ -5,16 +5,16 @@
 
 use std::collections::HashMap;
 
-use naga::back::PipelineConstants;
-use naga::back::pipeline_constants::process_overrides;
-use naga::compact::{KeepUnused, compact};
-use naga::valid::{Capabilities, ValidationFlags, Validator};
-use naga::{
-    Arena, BinaryOperator, Block, Expression, Function, Handle, Literal, LocalVariable, Module,
-    Statement,
-};
-use naga::{SwitchCase, UnaryOperator};
 use wgpu::naga;
+use wgpu::naga::back::PipelineConstants;
+use wgpu::naga::back::pipeline_constants::process_overrides;
+use wgpu::naga::compact::{KeepUnused, compact};
+use wgpu::naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use wgpu::naga::{
+    Arena, ArraySize, BinaryOperator, Block, Expression, Function, GlobalVariable, Handle,
+    ImageQuery, Literal, LocalVariable, Module, Range, Span, Statement, SwitchCase, TypeInner,
+    UnaryOperator,
+};
 
 /// The module of a text with the values of its overrides, where all of it holds: else the driver's own checks tell what does
 /// not.
@@ -24,7 +24,7 @@ pub(super) fn folded(source: &str, constants: &[(&str, f64)]) -> Option<Module> 
     let info = validator.validate(&module).ok()?;
     let constants: PipelineConstants =
         constants.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-    let (module, _) = process_overrides(&module, &info, None, &constants).ok()?;
+    let (module, settled_info) = process_overrides(&module, &info, None, &constants).ok()?;
     let mut module = module.into_owned();
     for (_, function) in module.functions.iter_mut() {
         fold(function);
@@ -32,8 +32,61 @@ pub(super) fn folded(source: &str, constants: &[(&str, f64)]) -> Option<Module> 
     for entry in &mut module.entry_points {
         fold(&mut entry.function);
     }
+    let folded_info = validator.validate(&module).ok()?;
+    for i in 0..module.entry_points.len() {
+        let used = |info: &ModuleInfo, global: Handle<GlobalVariable>| {
+            !info.get_entry_point(i)[global].is_empty()
+        };
+        // Handles are those of the text, for which overrides were settled in place.
+        let is_gone = |global: &Handle<GlobalVariable>| !used(&folded_info, *global);
+        let bound = module.global_variables.iter().filter(|(_, own)| own.binding.is_some());
+        let gone: Vec<_> = bound.map(|(global, _)| global).filter(is_gone).collect();
+        for global in gone {
+            if used(&settled_info, global) {
+                touch(&mut module, i, global);
+            }
+        }
+    }
     compact(&mut module, KeepUnused::No);
     Some(module)
+}
+
+/// Asks an entry point for something of what is bound, so that its layout still has a place for it.
+fn touch(module: &mut Module, entry: usize, global: Handle<GlobalVariable>) {
+    let mut kind = module.global_variables[global].ty;
+    let types = &module.types;
+    let function = &mut module.entry_points[entry].function;
+    let expressions = &mut function.expressions;
+    let mut place = expressions.append(Expression::GlobalVariable(global), Span::UNDEFINED);
+    let mut first = None;
+    loop {
+        let (asked, next) = match &types[kind].inner {
+            TypeInner::Image { .. } => {
+                let query = ImageQuery::Size { level: None };
+                (Expression::ImageQuery { image: place, query }, None)
+            }
+            TypeInner::Array { size: ArraySize::Dynamic, .. } => {
+                (Expression::ArrayLength(place), None)
+            }
+            TypeInner::Array { base, .. } => {
+                (Expression::AccessIndex { base: place, index: 0 }, Some(*base))
+            }
+            TypeInner::Struct { members, .. } => {
+                (Expression::AccessIndex { base: place, index: 0 }, Some(members[0].ty))
+            }
+            _ => (Expression::Load { pointer: place }, None),
+        };
+        place = expressions.append(asked, Span::UNDEFINED);
+        first.get_or_insert(place);
+        match next {
+            Some(next) => kind = next,
+            None => break,
+        }
+    }
+    let emitted = Statement::Emit(Range::new_from_bounds(first.unwrap_or(place), place));
+    function.body.splice(0..0, Block::from_vec(vec![emitted]));
+    // What has a name is kept.
+    function.named_expressions.insert(place, "bound".to_owned());
 }
 
 /// Takes branches away that are never taken, until there are no more.
@@ -195,13 +248,21 @@ mod tests {
     const SOURCE: &str = "
         override kind: u32 = 0u;
         override also: bool = false;
+        struct Sizes { many: array<vec4<u32>, 2>, one: f32 }
         @group(0) @binding(0) var<storage, read_write> out: array<f32>;
+        @group(0) @binding(1) var<storage, read> only_one: array<u32>;
+        @group(0) @binding(2) var<uniform> only_one_sizes: Sizes;
+        @group(0) @binding(3) var only_one_picture: texture_2d<f32>;
+        @group(0) @binding(4) var<storage, read> nobody: array<u32>;
         fn one(x: f32) -> f32 { return x + 1.0; }
         fn two(x: f32) -> f32 { return x * 2.0; }
         fn three(x: f32) -> f32 { return x * 3.0; }
         fn four(x: f32) -> f32 { return x * 4.0; }
         @compute @workgroup_size(1)
         fn run() {
+            if kind == 1u {
+                out[3] = f32(only_one[0]) + only_one_sizes.one + textureLoad(only_one_picture, vec2(0), 0).x;
+            }
             if kind == 1u { let named = one(out[0]); out[0] = named; } else { out[0] = two(out[0]); }
             if (kind == 1u || kind == 2u) && out[1] > 0.0 { out[1] = three(out[1]); }
             if also || out[2] > 0.0 { out[2] = four(out[2]); }
@@ -210,7 +271,13 @@ mod tests {
     fn names(constants: &[(&str, f64)]) -> Vec<String> {
         let module = folded(SOURCE, constants).expect("a module");
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::all());
-        validator.validate(&module).expect("it holds");
+        let info = validator.validate(&module).expect("it holds");
+        // Pipelines have a place for all that the text uses, whatever is left of it.
+        let bound = module.global_variables.iter().filter_map(|(handle, global)| {
+            let is_used = !info.get_entry_point(0)[handle].is_empty();
+            global.binding.as_ref().filter(|_| is_used).map(|binding| binding.binding)
+        });
+        assert_eq!(bound.collect::<Vec<_>>(), [0, 1, 2, 3], "{constants:?}");
         module.functions.iter().filter_map(|(_, function)| function.name.clone()).collect()
     }
 

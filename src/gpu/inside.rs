@@ -91,7 +91,8 @@ impl Opening {
             planes: u32::try_from(clip.len().min(MOST_CLIPS)).unwrap_or_default(),
             cut_faces: inside.clip.faces == CutFaces::Coloured && !clip.is_empty() && composites,
             slices: count(slices.len()),
-            edges: plan.mode.kernel == Kernel::Cells && slices.iter().any(|(.., [_, edges])| *edges),
+            edges: plan.mode.kernel == Kernel::Cells
+                && slices.iter().any(|(.., [_, edges])| *edges),
             levels: count(levels.len()),
             along: inside.along,
         };

@@ -246,6 +246,22 @@ impl Rays {
         ([enter, leave], is_cut)
     }
 
+    /// Origins and directions of rays so many pixels to the right of those of a packet, and above them.
+    #[inline(always)]
+    pub(super) fn beside<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        [right, up]: [f32; 2],
+    ) -> [Vec3<S>; 2] {
+        let part = |v: [f32; 3], by: f32| Vec3::splat(simd, v.map(|x| x * by));
+        let side = part(self.right, right).add(part(self.up, up));
+        [
+            packet.origin.add(side.scaled(all(simd, self.scale))),
+            packet.direction.add(side.scaled(all(simd, self.growth))),
+        ]
+    }
+
     /// Depths between which anything is kept of rays, wherever the lattice ends.
     #[inline(always)]
     pub(super) fn kept<S: Simd>(&self, simd: S, packet: &Packet<S>) -> [Lanes<S>; 2] {

@@ -262,10 +262,8 @@ fn edge_share<S: Simd>(
     let own = cells.sources(simd, place);
     let normal = Vec3::splat(simd, [nx, ny, nz]);
     let mut share = all(simd, 0.0);
-    for (side, by) in [(rays.right, 0.5), (rays.right, -0.5), (rays.up, 0.5), (rays.up, -0.5)] {
-        let side = Vec3::splat(simd, side).scaled(all(simd, by));
-        let origin = packet.origin.add(side.scaled(all(simd, rays.scale)));
-        let direction = packet.direction.add(side.scaled(all(simd, rays.growth)));
+    for side in [[0.5, 0.0], [-0.5, 0.0], [0.0, 0.5], [0.0, -0.5]] {
+        let [origin, direction] = rays.beside(simd, packet, side);
         let growth = normal.dot(direction);
         let is_along = growth.abs().simd_lt(all(simd, 1e-20));
         let growth = choose(is_along, all(simd, 1e-20), growth);

@@ -122,8 +122,7 @@ impl Mesh {
         triangles: Vec<[u32; 3]>,
     ) -> Result<Self, MeshError> {
         let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let [low, high] =
-            places.iter().fold(none, |[low, high], p| [low.min(*p), high.max(*p)]);
+        let [low, high] = places.iter().fold(none, |[low, high], p| [low.min(*p), high.max(*p)]);
         let farthest = low.abs().max(high.abs()).max_element();
         let is_far = farthest > FAR * (high - low).max_element();
         let origin = if is_far && farthest.is_finite() { (low + high) / 2.0 } else { DVec3::ZERO };
@@ -279,7 +278,9 @@ mod tests {
     #[test]
     fn places_far_from_0_keep_their_digits_and_others_are_as_they_were() {
         let far = DVec3::new(1e7, -2e7, 3e7);
-        let places = |about: DVec3| corners().iter().map(|p| about + p.as_dvec3() * 1e-3).collect::<Vec<_>>();
+        let places = |about: DVec3| {
+            corners().iter().map(|p| about + p.as_dvec3() * 1e-3).collect::<Vec<_>>()
+        };
         let of = |places: &[DVec3]| {
             Mesh::of_places("", places, Vec::new(), Vec::new(), vec![[0, 1, 2], [0, 2, 3]]).unwrap()
         };

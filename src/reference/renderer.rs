@@ -225,7 +225,9 @@ impl Reference {
             true => sides.map(|side| Line::through(&self.camera, at + half * side, size)).into(),
             false => Vec::new(),
         };
-        let Some(polygons) = &self.polygons else { return self.traced(pixel, (&ray, &beside), &[]) };
+        let Some(polygons) = &self.polygons else {
+            return self.traced(pixel, (&ray, &beside), &[]);
+        };
         let seen = polygons.seen_by(pixel.map(|i| i / self.fine), &ray);
         let samples = seen.map(|polygons| self.traced(pixel, (&ray, &beside), &polygons));
         std::array::from_fn(|c| samples.iter().map(|sample| sample[c]).sum::<f64>() / 4.0)

@@ -564,7 +564,12 @@ fn vectors_beside_a_field_are_cut_and_split_as_it_is() {
         (
             "cut and sliced",
             Clip { faces: CutFaces::Coloured, ..clip },
-            vec![Slice { plane: plane(0.2, 0.9, 0.1), opacity: 0.6, only_shown: false, edges: false }],
+            vec![Slice {
+                plane: plane(0.2, 0.9, 0.1),
+                opacity: 0.6,
+                only_shown: false,
+                edges: false,
+            }],
             vec![],
         ),
         (

@@ -290,7 +290,9 @@ fn columns(opened: &Opened) -> Vec<Vec<f64>> {
     let points = points_of(opened);
     let mut columns: Vec<Vec<f64>> =
         (0..3).map(|axis| points.iter().map(|point| point[axis]).collect()).collect();
-    let on_points = opened.grid.fields.iter().filter(|f| f.association == Association::Point);
+    // What stands in where the file has no values is none of its columns.
+    let is_own = |f: &&Field| f.association == Association::Point && f.name != "log10 density";
+    let on_points = opened.grid.fields.iter().filter(is_own);
     columns.extend(on_points.map(|f| (0..f.samples.len()).map(|i| f.samples.get(i)).collect()));
     columns
 }

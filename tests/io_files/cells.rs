@@ -218,7 +218,7 @@ fn tables_take_places_by_name_and_keep_other_columns() {
     let cloud = opened(&data("cloud.npy"));
     assert_eq!(cells_of(&cloud).points()[..12], cells.points()[..12]);
     let plain = made("a.txt", "1 2 3\n4 5 6\n");
-    assert_eq!(plain.grid.fields[0].name, "cell");
+    assert_eq!(plain.grid.fields[0].name, "log10 density");
     let commented = made("a.xyz", "# x y z val\n1 2 3 nan\n4 5 6 7\n");
     assert_eq!(commented.grid.fields[0].name, "val");
     says("a.txt", "1 2 3\n4 5\n", &["3 numbers on line 2", "found 2"]);
@@ -291,7 +291,10 @@ fn files_of_nothing_of_one_and_of_nowhere() {
     let only_points = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET POLYDATA\n\
         POINTS 2 float\n0 0 0 1 0 nan\n";
     let points = made("a.vtk", only_points);
-    assert_eq!((points.grid.fields[0].name.as_str(), points.grid.fields.len()), ("point", 1));
+    assert_eq!(
+        (points.grid.fields[0].name.as_str(), points.grid.fields.len()),
+        ("log10 density", 1)
+    );
     assert_eq!(cells_of(&points).own_cells(), 0);
     let one = made("a.vtk", TETRAHEDRON.replace("0 0 1\n", "0 0 inf\n"));
     assert_eq!(cells_of(&one).census().not_finite, 1);

@@ -28,7 +28,8 @@ pub(crate) fn points(lattice: &Lattice) -> Arc<Scattered> {
     let (first, _) = all[0];
     // One alone in the gap, and two at one place.
     all.extend([(middle, 200.0), (first, 90.0)]);
-    Arc::new(Scattered::new(all).expect("finite points"))
+    let found = Scattered::new(all, &Ticket::new()).expect("not cancelled");
+    Arc::new(found.expect("finite points"))
 }
 
 /// The values at a lattice's samples, NaN beside all points.

@@ -97,8 +97,7 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
         MeshFormat::Obj => obj::read(bytes, ticket),
     }?;
     let Parts { positions, normals, colours, triangles } = parts;
-    let mesh =
-        Mesh::of_places(name, &positions, normals, colours, triangles).map_err(no_mesh)?;
+    let mesh = Mesh::of_places(name, &positions, normals, colours, triangles).map_err(no_mesh)?;
     let degenerate = mesh.degenerate();
     if degenerate > 0 {
         warnings.push(format!(

@@ -34,11 +34,10 @@ pub(super) fn read(bytes: Vec<u8>, ticket: &Ticket) -> Result<Parts, Problem> {
     let have_colours = meshes().all(|mesh| mesh.vertex_color.len() == mesh.positions.len());
     for mesh in meshes() {
         let first = parts.positions.len() as u32;
-        let places = |flat: &[f64]| -> Vec<DVec3> {
-            flat.chunks_exact(3).map(DVec3::from_slice).collect()
-        };
+        let places =
+            |flat: &[f64]| -> Vec<DVec3> { flat.chunks_exact(3).map(DVec3::from_slice).collect() };
         let vectors =
-            |flat: &[f64]| -> Vec<Vec3> { places(flat).iter().map(DVec3::as_vec3).collect() };
+            |flat: &[f64]| -> Vec<Vec3> { places(flat).into_iter().map(DVec3::as_vec3).collect() };
         parts.positions.extend(places(&mesh.positions));
         if have_normals {
             parts.normals.extend(vectors(&mesh.normals));

@@ -29,7 +29,7 @@ pub struct Slice {
 }
 
 /// The greatest luminance, linear light, on which edges of cells are white rather than black.
-pub const DARK: f64 = 0.08;
+const DARK: f64 = 0.08;
 
 /// A colour of a slice, linear, where `share` of the places half a pixel beside it lie in another cell.
 pub fn edge_colour(colour: [f64; 3], share: f64) -> [f64; 3] {
@@ -153,6 +153,6 @@ mod tests {
             assert!(found.contains("expected") && found.contains("found"), "{found}");
         }
         let plane = Plane { point: DVec3::ZERO, normal: DVec3::ZERO };
-        assert!(Slice { plane, opacity: 1.0, only_shown: false }.check().is_err());
+        assert!(Slice { plane, opacity: 1.0, only_shown: false, edges: false }.check().is_err());
     }
 }

@@ -127,7 +127,7 @@ impl Grid {
                 Association::Cell => cells.middles(),
             };
             let own: Vec<(DVec3, f64)> = places.iter().copied().zip(own()).collect();
-            let Some(scattered) = Scattered::new(own) else {
+            let Some(scattered) = Scattered::new(own, ticket)? else {
                 let name = field.name.clone();
                 let found = "values or places that are not finite".to_owned();
                 return Err(VolumeError::NothingFinite { field: name, found });
@@ -136,7 +136,7 @@ impl Grid {
             let lattice = lattice_in(ellipsoids.bounds(), scattered.count());
             let fill = Fill::Ellipsoids(&ellipsoids);
             let samples = Arc::new(fill.samples(&lattice, is_wide(&values), ticket)?);
-            let range = Some(scattered.range());
+            let range = scattered.range();
             return Ok(Spaced {
                 lattice,
                 samples,
