@@ -368,6 +368,13 @@ impl Placed {
         None
     }
 
+    /// The same, at once, of a tetrahedron whose [`Placed::rows`] are known.
+    pub fn unit_by(&self, rows: &[DVec3; 3], place: DVec3) -> Option<DVec3> {
+        let unit = DVec3::from(rows.map(|row| row.dot(place - self.corners[0])));
+        let is_inside = self.kind.beyond(unit) <= Self::RIM;
+        is_inside.then(|| unit.clamp(DVec3::ZERO, DVec3::ONE))
+    }
+
     /// What a number at the corners grows by per unit of the space, at (r, s, t); zero where the solid has collapsed.
     pub fn gradient(&self, numbers: [f64; 8], unit: DVec3) -> DVec3 {
         let DVec3 { x: r, y: s, z: t } = unit;

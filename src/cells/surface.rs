@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Cells;
+use super::{Cells, Solid};
 
 /// A face that one solid alone has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,39 +23,54 @@ impl Face {
 
 impl Cells {
     /// The faces that belong to one solid of those that are `there`, in the solids' order.
-    pub fn surface(&self, is_there: impl Fn(usize) -> bool) -> Vec<Face> {
-        let count = self.solids().len();
-        let mut faces: Vec<([u32; 4], u32, Face)> = Vec::with_capacity(count * 4);
-        for (i, solid) in self.solids().iter().enumerate().filter(|(i, _)| is_there(*i)) {
+    pub fn surface(&self, is_there: impl Fn(usize) -> bool + Sync) -> Vec<Face> {
+        // By the number of the solid, and of the face in it.
+        let faces_of = |(i, solid): (usize, &Solid)| {
             #[expect(
                 clippy::cast_possible_truncation,
                 reason = "files have fewer solids than 2^32"
             )]
             let own = i as u32;
-            for face in solid.kind().faces() {
-                // Corners that fall together are one, as in hexahedra that stand for wedges.
-                let mut own_corners: Vec<u32> = face.iter().map(|i| solid.corners()[*i]).collect();
-                own_corners.dedup();
-                if own_corners.len() > 1 && own_corners.first() == own_corners.last() {
-                    own_corners.pop();
-                }
-                let (corners, mut key) = match own_corners[..] {
-                    [a, b, c] => ([a, b, c, c], [a, b, c, u32::MAX]),
-                    [a, b, c, d] => ([a, b, c, d], [a, b, c, d]),
-                    _ => continue,
-                };
-                key.sort_unstable();
-                #[expect(clippy::cast_possible_truncation, reason = "six a solid")]
-                let order = faces.len() as u32;
-                faces.push((key, order, Face { corners, solid: own }));
-            }
-        }
+            let is_there = is_there(i);
+            let faces = solid.kind().faces().iter().enumerate().filter(move |_| is_there);
+            let solid = *solid;
+            faces.filter_map(move |(number, face)| {
+                let (corners, key) = corners_of(face, solid.corners())?;
+                Some((key, (own, number as u8), Face { corners, solid: own }))
+            })
+        };
+        let mut faces: Vec<_> =
+            self.solids().par_iter().enumerate().flat_map_iter(faces_of).collect();
         faces.par_sort_unstable_by_key(|(key, order, _)| (*key, *order));
-        let alone =
-            |part: &[([u32; 4], u32, Face)]| (part.len() == 1).then_some((part[0].1, part[0].2));
-        let mut found: Vec<(u32, Face)> =
-            faces.chunk_by(|a, b| a.0 == b.0).filter_map(alone).collect();
+        let mut found: Vec<((u32, u8), Face)> = faces
+            .chunk_by(|a, b| a.0 == b.0)
+            .filter_map(|part| (part.len() == 1).then_some((part[0].1, part[0].2)))
+            .collect();
         found.sort_unstable_by_key(|(order, _)| *order);
         found.into_iter().map(|(_, face)| face).collect()
     }
+}
+
+/// The numbers of a face's points, and what tells it from others, whichever of them comes first; `None` where it is a line.
+/// Corners that fall together are one, as in hexahedra that stand for wedges.
+fn corners_of(face: &[usize], solid: &[u32]) -> Option<([u32; 4], [u32; 4])> {
+    let mut own = [u32::MAX; 4];
+    let mut count = 0;
+    for &i in face {
+        if count == 0 || own[count - 1] != solid[i] {
+            own[count] = solid[i];
+            count += 1;
+        }
+    }
+    if count > 1 && own[0] == own[count - 1] {
+        count -= 1;
+    }
+    let [a, b, c, d] = own;
+    let (corners, mut key) = match count {
+        3 => ([a, b, c, c], [a, b, c, u32::MAX]),
+        4 => (own, [a, b, c, d]),
+        _ => return None,
+    };
+    key.sort_unstable();
+    Some((corners, key))
 }

@@ -13,11 +13,13 @@ use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
-use crate::cells::{CellField, Kind, Listed, Placed, Rim};
+use crate::cells::{self, CellField, Kind, Listed, Placed, Rim};
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::Bounds;
 use crate::volume::Lattice;
 
+/// Solids that are made between two looks at the ticket.
+const A_PART: usize = 1 << 14;
 /// Samples about a cell in which it may be found, for its rim.
 const BEYOND: f64 = 1e-3;
 /// Steps of Newton's method, at most; solids that are no parallelepipeds but like one take three.
@@ -59,6 +61,13 @@ pub(super) enum Solid {
     /// Its number among the others.
     Bent(u32),
     /// Without volume, or without a value.
+    Nothing,
+}
+
+/// The same before it has its number.
+enum Made {
+    Straight(Straight),
+    Bent(Bent),
     Nothing,
 }
 
@@ -107,29 +116,37 @@ impl Solids {
             (0..cells.solids().len()).into_par_iter().map(|solid| field.is_there(solid)).collect();
         let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)?;
         let rim = Rim::of(lattice.dims);
-        let (mut straight, mut bent) = (Vec::new(), Vec::new());
-        let mut solids = Vec::with_capacity(is_there.len());
-        for (i, solid) in cells.solids().iter().enumerate() {
-            if i.is_multiple_of(1 << 12) {
-                look(ticket)?;
-            }
+        let made = |(i, solid): (usize, &cells::Solid)| {
             let values = field.at_corners(i).map(|value| narrow(value - bias));
             let placed = solid.placed(&listed.points);
-            let made = if !is_there[i] || placed.is_flat() {
-                Solid::Nothing
+            if !is_there[i] || placed.is_flat() {
+                Made::Nothing
             } else if solid.kind() == Kind::Tetrahedron {
-                match of_tetrahedron(&placed, values, rim) {
-                    Some(own) => {
+                of_tetrahedron(&placed, values, rim).map_or(Made::Nothing, Made::Straight)
+            } else {
+                Made::Bent(of_solid(&placed, values, rim))
+            }
+        };
+        let (mut straight, mut bent) = (Vec::new(), Vec::new());
+        let mut solids = Vec::with_capacity(is_there.len());
+        // Part by part, so that all of them are not held twice.
+        for (part, own) in cells.solids().chunks(A_PART).enumerate() {
+            look(ticket)?;
+            let first = part * A_PART;
+            let all = own.par_iter().enumerate().map(|(i, solid)| made((first + i, solid)));
+            for one in all.collect::<Vec<_>>() {
+                solids.push(match one {
+                    Made::Nothing => Solid::Nothing,
+                    Made::Straight(own) => {
                         straight.push(own);
                         Solid::Straight(straight.len() as u32 - 1)
                     }
-                    None => Solid::Nothing,
-                }
-            } else {
-                bent.push(of_solid(&placed, values, rim));
-                Solid::Bent(bent.len() as u32 - 1)
-            };
-            solids.push(made);
+                    Made::Bent(own) => {
+                        bent.push(own);
+                        Solid::Bent(bent.len() as u32 - 1)
+                    }
+                });
+            }
         }
         let mut outer = Vec::new();
         for face in cells.surface(|solid| is_there[solid]) {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::super::{Lattice, VolumeError};
-use crate::cells::CellField;
+use crate::cells::{CellField, Kind};
 use crate::core::progress::{Cancelled, Ticket};
 
 /// Slices of the lattice that are filled by one worker at a time.
@@ -67,6 +67,12 @@ pub(super) fn fill<T: Copy + Send + Sync>(
             }
             let placed = cells.placed(solid);
             let [low, high] = placed.bounds();
+            let is_straight = placed.kind() == Kind::Tetrahedron && !placed.is_flat();
+            let rows = is_straight.then(|| placed.rows());
+            let unit_of = |place| match &rows {
+                Some(rows) => placed.unit_by(rows, place),
+                None => placed.unit_from(place),
+            };
             for z in start..end {
                 for y in covered([low.y, high.y], origin.y, step.y, my) {
                     for x in covered([low.x, high.x], origin.x, step.x, mx) {
@@ -75,7 +81,7 @@ pub(super) fn fill<T: Copy + Send + Sync>(
                             continue;
                         }
                         let index = DVec3::new(x as f64, y as f64, z as f64);
-                        let Some(unit) = placed.unit_from(origin + step * index) else { continue };
+                        let Some(unit) = unit_of(origin + step * index) else { continue };
                         is_filled[at] = true;
                         slab[at] = from_f64(field.value(solid, unit));
                     }
