@@ -258,7 +258,9 @@ fn sum_of_functions(position: vec3<f32>) -> vec4<f32> {
         }
         let phi = basis_of(square);
         let slope = select(phi, phi * phi * phi, multiquadric);
-        let share = vec4<f32>(-slope * (offset * function.shape), phi);
+        // Of ellipsoids less what it is where it ends, so that no step is there.
+        let end = select(0.0, exp(-0.5 * function.reach), kernel == ELLIPSOIDS);
+        let share = vec4<f32>(-slope * (offset * function.shape), phi - end);
         sum += function.weight * share;
         total += share;
     }

@@ -9,7 +9,7 @@ use wgpu::naga;
 use wgpu::naga::back::PipelineConstants;
 use wgpu::naga::back::pipeline_constants::process_overrides;
 use wgpu::naga::compact::{KeepUnused, compact};
-use wgpu::naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 use wgpu::naga::{
     Arena, ArraySize, BinaryOperator, Block, Expression, Function, GlobalVariable, Handle,
     ImageQuery, Literal, LocalVariable, Module, Range, Span, Statement, SwitchCase, TypeInner,
@@ -32,19 +32,22 @@ pub(super) fn folded(source: &str, constants: &[(&str, f64)]) -> Option<Module> 
     for entry in &mut module.entry_points {
         fold(&mut entry.function);
     }
-    let folded_info = validator.validate(&module).ok()?;
-    for i in 0..module.entry_points.len() {
-        let used = |info: &ModuleInfo, global: Handle<GlobalVariable>| {
-            !info.get_entry_point(i)[global].is_empty()
-        };
-        // Handles are those of the text, for which overrides were settled in place.
-        let is_gone = |global: &Handle<GlobalVariable>| !used(&folded_info, *global);
-        let bound = module.global_variables.iter().filter(|(_, own)| own.binding.is_some());
-        let gone: Vec<_> = bound.map(|(global, _)| global).filter(is_gone).collect();
-        for global in gone {
-            if used(&settled_info, global) {
-                touch(&mut module, i, global);
-            }
+    // What is left once nothing unused is.
+    let mut left = module.clone();
+    compact(&mut left, KeepUnused::No);
+    let is_left = |global: &GlobalVariable| {
+        left.global_variables.iter().any(|(_, other)| other.binding == global.binding)
+    };
+    let gone = |(global, own): (Handle<GlobalVariable>, &GlobalVariable)| {
+        (own.binding.is_some() && !is_left(own)).then_some(global)
+    };
+    let gone: Vec<_> = module.global_variables.iter().filter_map(gone).collect();
+    for (entry, global) in
+        (0..module.entry_points.len()).flat_map(|i| gone.iter().map(move |g| (i, *g)))
+    {
+        // Handles are those of the module whose overrides were settled.
+        if !settled_info.get_entry_point(entry)[global].is_empty() {
+            touch(&mut module, entry, global);
         }
     }
     compact(&mut module, KeepUnused::No);
@@ -244,6 +247,7 @@ fn fold_block(block: &mut Block, known: &Known<'_>, has_changed: &mut bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::shader::{self, Among};
 
     const SOURCE: &str = "
         override kind: u32 = 0u;
@@ -279,6 +283,28 @@ mod tests {
         });
         assert_eq!(bound.collect::<Vec<_>>(), [0, 1, 2, 3], "{constants:?}");
         module.functions.iter().filter_map(|(_, function)| function.name.clone()).collect()
+    }
+
+    #[test]
+    fn every_shader_is_folded_for_every_kernel() {
+        for shader in &shader::ALL {
+            assert!(folded(&shader.source(), &[]).is_some(), "{} {}", shader.name, shader.options);
+        }
+        for kernel in 0..10 {
+            for (lit, among) in [(false, Among::ALL[0]), (true, Among::ALL[3])] {
+                let slabs = shader::slabs(lit, among);
+                let constants = [("kernel", f64::from(kernel))];
+                let module = folded(&slabs.source(), &constants).expect("a module");
+                let has = |name: &str| {
+                    let names = || module.functions.iter().filter_map(|(_, f)| f.name.as_deref());
+                    names().any(|own| own == name)
+                };
+                assert_eq!(
+                    (has("cell_at"), has("radial_mean")),
+                    (kernel == 8, matches!(kernel, 2 | 3))
+                );
+            }
+        }
     }
 
     #[test]

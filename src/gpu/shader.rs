@@ -167,7 +167,7 @@ pub struct Among {
 
 impl Among {
     /// Every one there is.
-    const ALL: [Self; 4] = [
+    pub(super) const ALL: [Self; 4] = [
         Self { polygons: false, vectors: false },
         Self { polygons: true, vectors: false },
         Self { polygons: false, vectors: true },

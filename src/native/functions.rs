@@ -105,6 +105,14 @@ impl Functions {
         self.listed.blend == Blend::Mean
     }
 
+    /// What is taken from φ: of a mean what it is where it ends.
+    #[inline(always)]
+    pub(super) fn end(&self) -> f32 {
+        #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
+        let end = if self.is_mean() { self.listed.epsilon as f32 } else { 0.0 };
+        end
+    }
+
     /// The values at the samples, x fastest.
     ///
     /// # Errors
@@ -211,7 +219,8 @@ impl Functions {
             place,
             #[inline(always)]
             |function, _, square, within| {
-                let phi = choose(within, basis_of(simd, self.basis(), square), zero);
+                let phi = basis_of(simd, self.basis(), square) - self.end();
+                let phi = choose(within, phi, zero);
                 sum += phi * function.weight;
                 total += phi;
             },
@@ -247,6 +256,7 @@ impl Functions {
                 growth = growth.add(function.turned(offset.scaled(slope * -function.weight)));
                 if is_mean {
                     of_total = of_total.add(function.turned(offset.scaled(-slope)));
+                    let phi = choose(within, phi - self.end(), zero);
                     sum += phi * function.weight;
                     total += phi;
                 }

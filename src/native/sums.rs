@@ -9,7 +9,7 @@ use fearless_simd::{Simd, prelude::*};
 
 use super::functions::{Functions, basis_of, mean};
 use super::landed::{Entry, Landed};
-use super::lanes::{Lanes, all, any, choose, exponential, logarithm};
+use super::lanes::{Lanes, Mask, all, any, choose, exponential, logarithm};
 use super::lattice::NOTHING;
 use super::own::{Found, no_border};
 use super::rays::{Packet, Rays};
@@ -219,9 +219,17 @@ impl<'a, S: Simd> Sums<'a, S> {
         }
     }
 
-    /// Adds φ of a function at a face.
+    /// Adds φ of a function at a face, to the rays that it reaches there.
     #[inline(always)]
-    fn add<const MEAN: bool>(&mut self, i: usize, phi: Lanes<S>, weight: f32) {
+    fn add<const MEAN: bool>(
+        &mut self,
+        simd: S,
+        i: usize,
+        (phi, within): (Lanes<S>, Mask<S>),
+        weight: f32,
+    ) {
+        let phi = if MEAN { phi - self.functions.end() } else { phi };
+        let phi = choose(within, phi, all(simd, 0.0));
         self.values[i] += phi * weight;
         if MEAN {
             self.totals[i] += phi;
@@ -261,6 +269,8 @@ impl<'a, S: Simd> Sums<'a, S> {
                     continue;
                 }
                 let t = end * step;
+                // What ends before the ray begins, or beyond its end, is no border of a slab.
+                let is_kept = is_met & t.simd_ge(packet.enter) & t.simd_le(packet.leave);
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,
@@ -268,7 +278,7 @@ impl<'a, S: Simd> Sums<'a, S> {
                 )]
                 let slabs = low as usize..=high as usize;
                 for i in slabs {
-                    let here = is_met & slab.simd_eq(all(simd, i as f32));
+                    let here = is_kept & slab.simd_eq(all(simd, i as f32));
                     let [nearest, farthest, near_value, far_value] = self.borders[i];
                     let is_nearer = here & t.simd_lt(nearest);
                     let is_farther = here & t.simd_gt(farthest);
@@ -296,7 +306,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             let square = (off * off).mul_add(along.a, along.near);
             let phi = basis_of(simd, self.functions.basis(), square);
             let within = off.abs().simd_le(along.half);
-            self.add::<MEAN>(i, choose(within, phi, all(simd, 0.0)), along.weight);
+            self.add::<MEAN>(simd, i, (phi, within), along.weight);
         }
     }
 
@@ -329,7 +339,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         let mut place = off;
         for i in begin..=high {
             let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(i, choose(within, value, zero), along.weight);
+            self.add::<MEAN>(simd, i, (value, within), along.weight);
             value *= ratio;
             ratio *= shrinking;
             place += all(simd, 1.0);
@@ -340,7 +350,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         for i in (low..begin).rev() {
             ratio *= shrinking;
             let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(i, choose(within, value, zero), along.weight);
+            self.add::<MEAN>(simd, i, (value, within), along.weight);
             value *= ratio;
             place -= all(simd, 1.0);
         }

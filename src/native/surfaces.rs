@@ -250,8 +250,8 @@ impl Surfaces {
     }
 }
 
-/// How many of the four places half a pixel beside one on a plane lie in another of the file's cells.
-#[inline(always)]
+/// How many of the four places half a pixel beside one on a plane lie in another of the file's cells. Not inlined: few ask.
+#[inline(never)]
 fn edge_share<S: Simd>(
     simd: S,
     cells: &Solids,
@@ -259,19 +259,24 @@ fn edge_share<S: Simd>(
     [nx, ny, nz, product]: [f32; 4],
     place: Vec3<S>,
 ) -> Lanes<S> {
-    let own = cells.sources(simd, place);
-    let normal = Vec3::splat(simd, [nx, ny, nz]);
-    let mut share = all(simd, 0.0);
-    for side in [[0.5, 0.0], [-0.5, 0.0], [0.0, 0.5], [0.0, -0.5]] {
-        let [origin, direction] = rays.beside(simd, packet, side);
-        let growth = normal.dot(direction);
-        let is_along = growth.abs().simd_lt(all(simd, 1e-20));
-        let growth = choose(is_along, all(simd, 1e-20), growth);
-        let t = (all(simd, product) - normal.dot(origin)) / growth;
-        let other = cells.sources(simd, origin.at(direction, t));
-        share += choose(other.simd_ne(own), all(simd, 0.25), all(simd, 0.0));
-    }
-    share
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let own = cells.sources(simd, place);
+            let normal = Vec3::splat(simd, [nx, ny, nz]);
+            let mut share = all(simd, 0.0);
+            for side in [[0.5, 0.0], [-0.5, 0.0], [0.0, 0.5], [0.0, -0.5]] {
+                let [origin, direction] = rays.beside(simd, packet, side);
+                let growth = normal.dot(direction);
+                let is_along = growth.abs().simd_lt(all(simd, 1e-20));
+                let growth = choose(is_along, all(simd, 1e-20), growth);
+                let t = (all(simd, product) - normal.dot(origin)) / growth;
+                let other = cells.sources(simd, origin.at(direction, t));
+                share += choose(other.simd_ne(own), all(simd, 0.25), all(simd, 0.0));
+            }
+            share
+        },
+    )
 }
 
 impl<'a, S: Simd> Ahead<'a, S> {

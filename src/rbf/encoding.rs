@@ -65,8 +65,8 @@ pub enum Blend {
     /// Their sum (Jang).
     #[default]
     Sum,
-    /// Their mean, each weighed by how near it is: Σ wᵢ φᵢ / Σ φᵢ (Shepard). A constant stays one; nothing is where none
-    /// reaches.
+    /// Their mean, each weighed by how near it is: Σ wᵢ φᵢ / Σ φᵢ (Shepard), φ less what it is where it ends. A constant
+    /// stays one; nothing is where none reaches.
     Mean,
 }
 
@@ -216,10 +216,12 @@ impl Encoding {
         &self.reaches
     }
 
-    /// φ of a function at a place; 0 where it does not reach.
+    /// φ of a function at a place; 0 where it does not reach. Of a mean less what it is where it ends, so that no step is
+    /// there.
     fn phi(&self, index: usize, at: DVec3) -> f64 {
         let square = self.functions[index].square(at);
-        if square > self.reaches[index] { 0.0 } else { self.basis.of_square(square) }
+        let end = if self.blend == Blend::Mean { self.epsilon } else { 0.0 };
+        if square > self.reaches[index] { 0.0 } else { self.basis.of_square(square) - end }
     }
 
     fn tree(&self) -> &Cell {
