@@ -47,8 +47,6 @@ fn scattered_points_open_as_ellipsoids_and_meshes_are_drawn_so_where_that_is_cho
     assert_eq!(scene(&bench).splat.kernel, Kernel::Ellipsoids);
     assert!(scene(&bench).volume().is_some_and(|volume| volume.cells.is_none()));
     assert!(bench.tells("600 points"));
-    // Where they end carries their shape.
-    assert!(scene(&bench).shading.lighting.is_some());
     let spacing = scene(&bench).opacity_unit_distance();
     let share = spacing / scene(&bench).lattice().bounding_radius();
     assert!((0.01..0.2).contains(&share), "{spacing}");

@@ -426,9 +426,10 @@ impl Library for NamedFiles {
         let transfer = self.default_transfer(&volume.statistics);
         let view = Orientation::of(space).first_view();
         let lighting = (volume.name == "faces").then(Lighting::first_look);
-        let splat = match &volume.cells {
-            Some(_) => SplatSettings::CELLS,
-            None => SplatSettings::EXACT,
+        let splat = match (&volume.cells, &volume.scattered) {
+            (Some(_), _) => SplatSettings::CELLS,
+            (None, Some(_)) => SplatSettings::ELLIPSOIDS,
+            (None, None) => SplatSettings::EXACT,
         };
         FirstLook { transfer, lighting, splat, view }
     }
