@@ -124,7 +124,8 @@ fn shape_at(at: DVec3, tree: &RTree<Place>) -> DMat3 {
         .map(|place| DVec3::from(*place.geom()) - at)
         .collect();
     let farthest = near.iter().map(|offset| offset.length()).fold(0.0, f64::max);
-    if farthest <= 0.0 {
+    // Alone, or so far from others that squares of distances have no number.
+    if !(farthest > 0.0 && farthest.is_finite()) {
         return DMat3::IDENTITY;
     }
     // In units of the farthest: squares of great and small lengths have a number, too.
@@ -229,6 +230,8 @@ mod tests {
             let all = mean_of(lattice(DVec3::splat(scale)).map(|at| (at, 2.0)));
             assert_eq!(all.value(DVec3::splat(2.5 * scale)), 2.0, "{scale}");
         }
+        let farthest = mean_of([(DVec3::splat(1e300), 2.0), (DVec3::splat(-1e300), 3.0)]);
+        assert_eq!(farthest.value(DVec3::splat(1e300)), 2.0);
         let nan = (DVec3::NAN, 1.0);
         assert!(mean_of([nan, (DVec3::ONE, f64::NAN)]).value(DVec3::ZERO).is_nan());
         let ticket = Ticket::new();
