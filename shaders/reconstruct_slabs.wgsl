@@ -145,7 +145,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                     }
                 } else {
                     let u = here.value.x;
-                    if has_borders() && have >= 2 && (u_near == NOTHING || u_far == NOTHING) {
+                    if (kernel == CELLS || kernel == ELLIPSOIDS) && have >= 2 && (u_near == NOTHING || u_far == NOTHING) {
                         let slab = trimmed(origin, direction, Trimmed(vec2<f32>(t_near, t_far), u_ends));
                         from_t = slab.ts.x;
                         to_t = slab.ts.y;

@@ -193,12 +193,8 @@ fn edge_share(ray: Ray, plane: vec4<f32>, place: vec3<f32>) -> f32 {
     return share;
 }
 
-// Whether the field ends somewhere: it is of cells, or of ellipsoids about points.
-fn has_borders() -> bool {
-    return kernel == CELLS || kernel == ELLIPSOIDS;
-}
-
-// What such a field has at a position, as stored, and what it grows by per index.
+// What a field that ends somewhere, of cells or of ellipsoids about points, has at a position, as stored, and what it grows
+// by per index.
 fn stored_value(position: vec3<f32>) -> f32 {
     if kernel == ELLIPSOIDS {
         return sum_of_functions(position).w;

@@ -103,7 +103,9 @@ pub fn exact_mode(current: &SplatSettings, slabs_per_voxel: f64) -> SplatSetting
 /// that a chart fills usefully, cheap and diverse ones first. No two are drawn alike.
 pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
     use Classify::{After, Before, Mean, PreIntegrated};
-    use Kernel::{BSpline, Cells, Cubic, Functions, Gaussian, Gouraud, Linear, Nearest, Point};
+    use Kernel::{
+        BSpline, Cells, Cubic, Ellipsoids, Functions, Gaussian, Gouraud, Linear, Nearest, Point,
+    };
     use OpacityModel::{OpticalDepth, Published};
     use Visibility::{EverySample, Sheets};
     let none = ModeChoice {
@@ -216,18 +218,20 @@ pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
         slabs(Functions, After, 4.0),
         slabs(Functions, Mean, 4.0),
     ];
-    let of_cells = [
-        slabs(Cells, PreIntegrated, 0.5),
-        slabs(Cells, PreIntegrated, 1.0),
-        slabs(Cells, After, 1.0),
-        scaled(slabs(Cells, PreIntegrated, 1.0), 0.5),
-        slabs(Cells, PreIntegrated, 2.0),
-        slabs(Cells, PreIntegrated, 4.0),
-        slabs(Cells, After, 4.0),
-    ];
+    let of_shape = |kernel| {
+        [
+            slabs(kernel, PreIntegrated, 0.5),
+            slabs(kernel, PreIntegrated, 1.0),
+            slabs(kernel, After, 1.0),
+            scaled(slabs(kernel, PreIntegrated, 1.0), 0.5),
+            slabs(kernel, PreIntegrated, 2.0),
+            slabs(kernel, PreIntegrated, 4.0),
+            slabs(kernel, After, 4.0),
+        ]
+    };
     let own = match current.kernel {
         Functions => of_functions.to_vec(),
-        Cells => of_cells.to_vec(),
+        Cells | Ellipsoids => of_shape(current.kernel).to_vec(),
         _ => Vec::new(),
     };
     let mut list = vec![Setting::full(*current)];

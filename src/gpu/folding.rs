@@ -211,6 +211,17 @@ fn each(block: &Block, visit: &mut impl FnMut(&Statement)) {
     }
 }
 
+/// Whether nothing that follows a statement is reached.
+fn ends(statement: &Statement) -> bool {
+    let all_end = |block: &Block| block.iter().any(ends);
+    match statement {
+        Statement::Return { .. } | Statement::Break | Statement::Continue | Statement::Kill => true,
+        Statement::Block(block) => all_end(block),
+        Statement::If { accept, reject, .. } => all_end(accept) && all_end(reject),
+        _ => false,
+    }
+}
+
 fn fold_block(block: &mut Block, known: &Known<'_>, has_changed: &mut bool) {
     for statement in block.iter_mut() {
         match statement {
@@ -241,6 +252,11 @@ fn fold_block(block: &mut Block, known: &Known<'_>, has_changed: &mut bool) {
             }
             _ => {}
         }
+    }
+    let end = block.iter().position(ends).map_or(block.len(), |at| at + 1);
+    if end < block.len() {
+        *has_changed = true;
+        block.cull(end..);
     }
 }
 

@@ -126,7 +126,7 @@ pub(super) fn kernel(painter: &Painter, rect: Rect, kernel: Kernel) {
         return mesh(painter, rect);
     }
     if matches!(kernel, Kernel::Functions | Kernel::Ellipsoids) {
-        return functions(painter, rect);
+        return functions(painter, rect, kernel == Kernel::Ellipsoids);
     }
     if kernel == Kernel::Cells {
         return cells(painter, rect);
@@ -156,7 +156,7 @@ fn cells(painter: &Painter, rect: Rect) {
 }
 
 /// Functions of several widths, wherever they lie, and their sum.
-fn functions(painter: &Painter, rect: Rect) {
+fn functions(painter: &Painter, rect: Rect, are_weighed: bool) {
     // Middle, width, height.
     const FUNCTIONS: [(f64, f64, f64); 4] =
         [(-1.6, 0.5, 0.5), (-0.4, 1.1, 0.55), (0.9, 0.35, 0.35), (1.8, 0.6, 0.25)];
@@ -167,7 +167,14 @@ fn functions(painter: &Painter, rect: Rect) {
     for function in FUNCTIONS {
         graph.line(painter, faint(), |x| one(function, x));
     }
-    graph.hill(painter, theme::ACCENT, |x| FUNCTIONS.iter().map(|f| one(*f, x)).sum());
+    let sum = |x| FUNCTIONS.iter().map(|f| one(*f, x)).sum::<f64>();
+    let total = |x| {
+        FUNCTIONS
+            .iter()
+            .map(|&(at, width, height)| one((at, width, height), x) / height)
+            .sum::<f64>()
+    };
+    graph.hill(painter, theme::ACCENT, |x| if are_weighed { sum(x) / total(x) } else { sum(x) });
 }
 
 /// The triangles that stand for a Gouraud splat, lighter the more they weigh.
