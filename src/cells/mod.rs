@@ -82,8 +82,8 @@ pub struct Cells {
     sources: Vec<u32>,
     /// Of the file's polygons.
     triangles: Vec<[u32; 3]>,
-    /// Where no cell has volume, the mean of each one's points.
-    middles: Vec<DVec3>,
+    /// Where no cell has volume, where the corners of each begin, and the last end; and these.
+    lists: (Vec<usize>, Vec<u32>),
     census: Census,
     /// Once someone has asked: each picture does.
     median_edge: OnceLock<f64>,
@@ -139,12 +139,7 @@ impl Cells {
         }
         let split::Split { solids, blends, added, triangles, .. } = split;
         let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
-        let middle = |own: &[usize]| {
-            let own = &corners[own[0]..own[1]];
-            own.iter().map(|corner| points[*corner as usize]).sum::<DVec3>() / own.len() as f64
-        };
-        let middles =
-            if solids.is_empty() { starts.windows(2).map(middle).collect() } else { Vec::new() };
+        let lists = if solids.is_empty() { (starts, corners) } else { (Vec::new(), Vec::new()) };
         for solid in &solids {
             let placed = solid.placed(&points);
             let volume = placed.volume();
@@ -159,7 +154,7 @@ impl Cells {
             solids,
             sources,
             triangles,
-            middles,
+            lists,
             census,
             median_edge: OnceLock::new(),
         })
@@ -188,7 +183,7 @@ impl Cells {
             solids,
             sources,
             triangles: Vec::new(),
-            middles: Vec::new(),
+            lists: (Vec::new(), Vec::new()),
             census: Census { by_type, ..Census::default() },
             median_edge: OnceLock::new(),
         }
@@ -223,7 +218,13 @@ impl Cells {
     /// others have.
     pub fn middles(&self) -> Arc<[DVec3]> {
         if self.solids.is_empty() {
-            return self.middles.as_slice().into();
+            let (starts, corners) = &self.lists;
+            let middle = |own: &[usize]| {
+                let own = &corners[own[0]..own[1]];
+                let sum: DVec3 = own.iter().map(|corner| self.points[*corner as usize]).sum();
+                sum / own.len() as f64
+            };
+            return starts.windows(2).map(middle).collect();
         }
         let mut sums = vec![(DVec3::ZERO, 0.0); self.own_cells];
         for (solid, cell) in self.solids.iter().zip(&self.sources) {

@@ -263,7 +263,6 @@ fn fold_block(block: &mut Block, known: &Known<'_>, has_changed: &mut bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::shader::{self, Among};
 
     const SOURCE: &str = "
         override kind: u32 = 0u;
@@ -299,28 +298,6 @@ mod tests {
         });
         assert_eq!(bound.collect::<Vec<_>>(), [0, 1, 2, 3], "{constants:?}");
         module.functions.iter().filter_map(|(_, function)| function.name.clone()).collect()
-    }
-
-    #[test]
-    fn every_shader_is_folded_for_every_kernel() {
-        for shader in &shader::ALL {
-            assert!(folded(&shader.source(), &[]).is_some(), "{} {}", shader.name, shader.options);
-        }
-        for kernel in 0..10 {
-            for (lit, among) in [(false, Among::ALL[0]), (true, Among::ALL[3])] {
-                let slabs = shader::slabs(lit, among);
-                let constants = [("kernel", f64::from(kernel))];
-                let module = folded(&slabs.source(), &constants).expect("a module");
-                let has = |name: &str| {
-                    let names = || module.functions.iter().filter_map(|(_, f)| f.name.as_deref());
-                    names().any(|own| own == name)
-                };
-                assert_eq!(
-                    (has("cell_at"), has("radial_mean")),
-                    (kernel == 8, matches!(kernel, 2 | 3))
-                );
-            }
-        }
     }
 
     #[test]

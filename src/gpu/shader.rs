@@ -167,7 +167,7 @@ pub struct Among {
 
 impl Among {
     /// Every one there is.
-    pub(super) const ALL: [Self; 4] = [
+    const ALL: [Self; 4] = [
         Self { polygons: false, vectors: false },
         Self { polygons: true, vectors: false },
         Self { polygons: false, vectors: true },
@@ -345,5 +345,32 @@ impl Shader {
         // a tree's, or the loop ends; conditions of numbers that are none are false, and end it, too.
         let module = unsafe { context.device.create_shader_module_trusted(described, checks) };
         (module, constants)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shader_is_folded_for_every_kernel() {
+        for shader in &ALL {
+            assert!(folded(&shader.source(), &[]).is_some(), "{} {}", shader.name, shader.options);
+        }
+        for kernel in 0..10 {
+            for (lit, among) in [(false, Among::ALL[0]), (true, Among::ALL[3])] {
+                let shader = slabs(lit, among);
+                let constants = [("kernel", f64::from(kernel))];
+                let module = folded(&shader.source(), &constants).expect("a module");
+                let has = |name: &str| {
+                    let names = || module.functions.iter().filter_map(|(_, f)| f.name.as_deref());
+                    names().any(|own| own == name)
+                };
+                assert_eq!(
+                    (has("cell_at"), has("radial_mean")),
+                    (kernel == 8, matches!(kernel, 2 | 3))
+                );
+            }
+        }
     }
 }
