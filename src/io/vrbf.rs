@@ -45,6 +45,9 @@ struct Header {
     field: String,
     samples: usize,
     left_out: usize,
+    /// The samples were those of a mesh or of points, and lie elsewhere than the lattice's.
+    #[serde(default)]
+    scattered: bool,
     dims: [usize; 3],
     spacing: [f64; 3],
     origin: [f64; 3],
@@ -107,6 +110,8 @@ pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
         field: source.field.clone(),
         samples: source.samples,
         left_out: source.left_out,
+        scattered: memory::checked_product(&dims.map(|n| n as u64))
+            != (source.samples as u64).checked_add(source.left_out as u64),
         dims,
         spacing: spacing.to_array(),
         origin: origin.to_array(),
@@ -272,12 +277,18 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
         direction: DMat3::from_cols_array(&found.direction),
     };
     lattice.check()?;
-    // Functions of meshes and points are sampled at other places than they were fitted to.
     let places = memory::checked_product(&found.dims.map(|n| n as u64));
-    if places.is_none_or(|places| places == 0) {
+    let samples = (found.samples as u64).checked_add(found.left_out as u64);
+    let is_as_told = match found.scattered {
+        false => places == samples,
+        true => places.zip(samples).is_some_and(|(places, samples)| {
+            places > 0 && places <= Grid::most_samples_of_functions(samples)
+        }),
+    };
+    if !is_as_told {
         return Err(header(
-            "dimensions of one sample or more",
-            format!("{:?}", found.dims),
+            "as many samples as the dimensions say",
+            "others",
             "encode the source again",
         ));
     }

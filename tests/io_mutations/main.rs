@@ -230,7 +230,6 @@ fn zarr() {
 }
 
 #[test]
-#[ignore = "an altered .vrbf asks for 256 MB of samples since 25 November: find out why"]
 fn basis_functions() {
     mutate(0x5eed_0109, &[("blobs.vrbf", "")]);
 }

@@ -161,6 +161,16 @@ impl Grid {
         }
     }
 
+    /// The most samples that [`Grid::lattice_of_functions`] has of so many points: eight for each of up to eight solids a point,
+    /// and twice that, for thin boxes.
+    pub fn most_samples_of_functions(points: u64) -> u64 {
+        let [least, most] = SAMPLES_OF_CELLS;
+        let wanted = (points as f64 * 8.0 * SAMPLES_A_CELL).clamp(least, most);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let most = (2.0 * wanted) as u64;
+        most
+    }
+
     /// The cells with volume of an unstructured or curvilinear grid; `None` where there are none.
     ///
     /// # Errors
