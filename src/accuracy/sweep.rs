@@ -87,7 +87,8 @@ fn fraction(value: f64) -> String {
     }
 }
 
-/// The mode whose limit every setting is held to: the exact one, for a scene's opacities; of basis functions, cells and points theirs.
+/// The mode whose limit every setting is held to: the exact one, for a scene's opacities; of basis functions, cells and points
+/// theirs.
 pub fn exact_mode(current: &SplatSettings, slabs_per_voxel: f64) -> SplatSettings {
     let exact = match current.kernel {
         Kernel::Functions => SplatSettings::FUNCTIONS,
@@ -103,9 +104,7 @@ pub fn exact_mode(current: &SplatSettings, slabs_per_voxel: f64) -> SplatSetting
 /// that a chart fills usefully, cheap and diverse ones first. No two are drawn alike.
 pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
     use Classify::{After, Before, Mean, PreIntegrated};
-    use Kernel::{
-        BSpline, Cells, Cubic, Ellipsoids, Functions, Gaussian, Gouraud, Linear, Nearest, Point,
-    };
+    use Kernel::{BSpline, Cubic, Gaussian, Gouraud, Linear, Nearest, Point};
     use OpacityModel::{OpticalDepth, Published};
     use Visibility::{EverySample, Sheets};
     let none = ModeChoice {
@@ -207,32 +206,23 @@ pub fn candidates(current: &SplatSettings) -> Vec<Setting> {
         slabs(BSpline, After, 4.0),
         slabs(BSpline, PreIntegrated, 4.0),
     ];
-    let of_functions = [
-        slabs(Functions, PreIntegrated, 0.5),
-        slabs(Functions, PreIntegrated, 1.0),
-        slabs(Functions, After, 1.0),
-        slabs(Functions, Mean, 1.0),
-        scaled(slabs(Functions, PreIntegrated, 1.0), 0.5),
-        slabs(Functions, PreIntegrated, 2.0),
-        slabs(Functions, PreIntegrated, 4.0),
-        slabs(Functions, After, 4.0),
-        slabs(Functions, Mean, 4.0),
-    ];
-    let of_shape = |kernel| {
+    // Means are of functions alone, and left out of others.
+    let of_source = |kernel| {
         [
             slabs(kernel, PreIntegrated, 0.5),
             slabs(kernel, PreIntegrated, 1.0),
             slabs(kernel, After, 1.0),
+            slabs(kernel, Mean, 1.0),
             scaled(slabs(kernel, PreIntegrated, 1.0), 0.5),
             slabs(kernel, PreIntegrated, 2.0),
             slabs(kernel, PreIntegrated, 4.0),
             slabs(kernel, After, 4.0),
+            slabs(kernel, Mean, 4.0),
         ]
     };
-    let own = match current.kernel {
-        Functions => of_functions.to_vec(),
-        Cells | Ellipsoids => of_shape(current.kernel).to_vec(),
-        _ => Vec::new(),
+    let own = match current.kernel.is_of_samples() {
+        true => Vec::new(),
+        false => of_source(current.kernel).to_vec(),
     };
     let mut list = vec![Setting::full(*current)];
     for setting in own.into_iter().chain(rest).flatten() {

@@ -205,15 +205,13 @@ impl Window {
         }
     }
 
-    /// The functions in the mode on screen, the samples by splines as the second.
+    /// The functions in the mode on screen, what they were fitted to as the second: cells, points, or samples by splines.
     fn compare_with_samples(&mut self) {
         let Some(scene) = &mut self.scene else { return };
         let unit = scene.splat.opacity_unit_distance;
         let with_unit = |mode| SplatSettings { opacity_unit_distance: unit, ..mode };
-        let own = match scene.volume().and_then(|volume| volume.cells.as_ref()) {
-            Some(_) => SplatSettings::CELLS,
-            None => SplatSettings::EXACT,
-        };
+        let own = scene.volume().and_then(|volume| SplatSettings::of_cells_or_points(volume));
+        let own = own.unwrap_or(SplatSettings::EXACT);
         scene.splat = with_unit(SplatSettings::FUNCTIONS);
         self.compare.with(with_unit(own));
     }

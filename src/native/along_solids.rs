@@ -13,7 +13,7 @@ use fearless_simd::{Simd, prelude::*};
 use super::landed::{Entry, Landed};
 use super::lanes::{Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
-use super::own::Found;
+use super::own::{Found, widen_border};
 use super::rays::{Packet, Rays, TILE};
 use super::solids::{Bent, Outer, Solid, Solids, Straight, cross};
 use super::sums::Asked;
@@ -334,15 +334,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let Some(slabs) = self.faces_within(simd, is_met, [slab; 2]) else { return };
         for i in slabs {
             let here = is_met & slab.simd_eq(all(simd, i as f32));
-            let [nearest, farthest, near_value, far_value] = self.borders[i];
-            let is_nearer = here & t.simd_lt(nearest);
-            let is_farther = here & t.simd_gt(farthest);
-            self.borders[i] = [
-                choose(is_nearer, t, nearest),
-                choose(is_farther, t, farthest),
-                choose(is_nearer, value, near_value),
-                choose(is_farther, value, far_value),
-            ];
+            widen_border(&mut self.borders[i], here, (t, value));
         }
     }
 }

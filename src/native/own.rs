@@ -1,11 +1,11 @@
 //! What is drawn in the place of samples: basis functions, or cells.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, prelude::*};
 
 use super::along_solids::AlongSolids;
 use super::functions::Functions;
 use super::landed::Landed;
-use super::lanes::{Lanes, Vec3, all};
+use super::lanes::{Lanes, Mask, Vec3, all, choose};
 use super::rays::{Packet, Rays};
 use super::solids::Solids;
 use super::sums::{self, Sums};
@@ -52,6 +52,24 @@ impl<S: Simd> Found<S> {
     pub(super) fn of(simd: S, value: Lanes<S>) -> Self {
         Self { value, growth: None, border: no_border(simd) }
     }
+}
+
+/// Takes a border to a place that some rays pass, and the value there, where it lies beyond what is known.
+#[inline(always)]
+pub(super) fn widen_border<S: Simd>(
+    border: &mut [Lanes<S>; 4],
+    here: Mask<S>,
+    (t, value): (Lanes<S>, Lanes<S>),
+) {
+    let [nearest, farthest, near_value, far_value] = *border;
+    let is_nearer = here & t.simd_lt(nearest);
+    let is_farther = here & t.simd_gt(farthest);
+    *border = [
+        choose(is_nearer, t, nearest),
+        choose(is_farther, t, farthest),
+        choose(is_nearer, value, near_value),
+        choose(is_farther, value, far_value),
+    ];
 }
 
 /// The border of what has none.

@@ -11,7 +11,7 @@ use super::functions::{Functions, basis_of, mean};
 use super::landed::{Entry, Landed};
 use super::lanes::{Lanes, Mask, all, any, choose, exponential, logarithm};
 use super::lattice::NOTHING;
-use super::own::{Found, no_border};
+use super::own::{Found, no_border, widen_border};
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
 use super::window::{FACES, Window};
@@ -279,15 +279,7 @@ impl<'a, S: Simd> Sums<'a, S> {
                 let slabs = low as usize..=high as usize;
                 for i in slabs {
                     let here = is_kept & slab.simd_eq(all(simd, i as f32));
-                    let [nearest, farthest, near_value, far_value] = self.borders[i];
-                    let is_nearer = here & t.simd_lt(nearest);
-                    let is_farther = here & t.simd_gt(farthest);
-                    self.borders[i] = [
-                        choose(is_nearer, t, nearest),
-                        choose(is_farther, t, farthest),
-                        choose(is_nearer, value, near_value),
-                        choose(is_farther, value, far_value),
-                    ];
+                    widen_border(&mut self.borders[i], here, (t, value));
                 }
             }
         }

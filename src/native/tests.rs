@@ -53,6 +53,24 @@ fn lattice_for(
     Lattice::new(volume, (&mode, is_quick), made, &ticket).expect("not cancelled")
 }
 
+/// Calls `visit` with places all over a volume's lattice, where each is in the world, its value less the lattice's bias, and
+/// what that grows by.
+fn each_place(
+    volume: &ScalarVolume,
+    lattice: &Lattice,
+    mut visit: impl FnMut([f32; 3], DVec3, f32, DVec3),
+) {
+    // Eight at a time.
+    let places: Vec<[f32; 3]> = places(lattice.dims).collect();
+    for eight in places.chunks_exact(8) {
+        let (values, growth) = asked(lattice, eight);
+        for (i, place) in eight.iter().enumerate() {
+            let world = volume.lattice.world_from_index(DVec3::from(place.map(f64::from)));
+            visit(*place, world, values[i], DVec3::from(growth.map(|g| f64::from(g[i]))));
+        }
+    }
+}
+
 /// Places all over a lattice, its borders among them.
 fn places(dims: [usize; 3]) -> impl Iterator<Item = [f32; 3]> {
     (0..4000_usize).map(move |i| {
@@ -154,21 +172,14 @@ fn sums_of_functions_and_their_growth_are_those_of_float64_and_lie_in_their_boun
             let lattice = lattice(&volume, Kernel::Functions);
             let bricks = &lattice.bricks;
             let (mut worst, mut steepest) = (0.0_f64, 0.0_f64);
-            // Eight at a time, all over the lattice.
-            let places: Vec<[f32; 3]> = places(dims).collect();
-            for eight in places.chunks_exact(8) {
-                let (values, growth) = asked(&lattice, eight);
-                for (i, place) in eight.iter().enumerate() {
-                    let world = volume.lattice.world_from_index(DVec3::from(place.map(f64::from)));
-                    let found = f64::from(values[i]) + lattice.bias;
-                    worst = worst.max((found - encoding.value(world)).abs());
-                    let expected = volume.lattice.axes().transpose() * encoding.gradient(world);
-                    let found = DVec3::from(growth.map(|g| f64::from(g[i])));
-                    steepest = steepest.max((found - expected).length());
-                    let [low, high] = range_about(bricks, *place);
-                    assert!((low..=high).contains(&values[i]), "{basis:?} {dims:?} {place:?}");
-                }
-            }
+            each_place(&volume, &lattice, |place, world, value, growth| {
+                let found = f64::from(value) + lattice.bias;
+                worst = worst.max((found - encoding.value(world)).abs());
+                let expected = volume.lattice.axes().transpose() * encoding.gradient(world);
+                steepest = steepest.max((growth - expected).length());
+                let [low, high] = range_about(bricks, place);
+                assert!((low..=high).contains(&value), "{basis:?} {dims:?} {place:?}");
+            });
             // Sums of up to 40 in 32 bits: measured 1.2e-5 and 2.4e-6.
             assert!(worst < 3e-5 && steepest < 1e-4, "{basis:?} {dims:?}: {worst} {steepest}");
         }
@@ -195,28 +206,22 @@ fn means_of_ellipsoids_and_their_growth_are_those_of_float64_and_lie_in_their_bo
     let lattice = lattice(&volume, Kernel::Ellipsoids);
     let (mut inside, mut outside) = (0, 0);
     let (mut worst, mut steepest) = (0.0_f64, 0.0_f64);
-    let places: Vec<[f32; 3]> = places(dims).collect();
-    for eight in places.chunks_exact(8) {
-        let (values, growth) = asked(&lattice, eight);
-        for (i, place) in eight.iter().enumerate() {
-            let world = volume.lattice.world_from_index(DVec3::from(place.map(f64::from)));
-            let expected = encoding.value(world);
-            let is_there = values[i] > super::lattice::NOTHING;
-            assert_eq!(is_there, !expected.is_nan(), "{place:?}");
-            let growth = DVec3::from(growth.map(|g| f64::from(g[i])));
-            if !is_there {
-                outside += 1;
-                assert_eq!(growth, DVec3::ZERO);
-                continue;
-            }
-            inside += 1;
-            worst = worst.max((f64::from(values[i]) + lattice.bias - expected).abs());
-            let expected = volume.lattice.axes().transpose() * encoding.gradient(world);
-            steepest = steepest.max((growth - expected).length());
-            let [low, high] = range_about(&lattice.bricks, *place);
-            assert!((low..=high).contains(&values[i]), "{place:?}");
+    each_place(&volume, &lattice, |place, world, value, growth| {
+        let expected = encoding.value(world);
+        let is_there = value > super::lattice::NOTHING;
+        assert_eq!(is_there, !expected.is_nan(), "{place:?}");
+        if !is_there {
+            outside += 1;
+            assert_eq!(growth, DVec3::ZERO);
+            return;
         }
-    }
+        inside += 1;
+        worst = worst.max((f64::from(value) + lattice.bias - expected).abs());
+        let expected = volume.lattice.axes().transpose() * encoding.gradient(world);
+        steepest = steepest.max((growth - expected).length());
+        let [low, high] = range_about(&lattice.bricks, place);
+        assert!((low..=high).contains(&value), "{place:?}");
+    });
     assert!(inside > 300 && outside > 300, "{inside} {outside}");
     println!("measured {worst} {steepest}");
     // Of values of 500 to 600.
@@ -261,43 +266,37 @@ fn values_of_cells_and_their_growth_are_those_of_float64_and_lie_in_their_bounds
         let growths = field.growths(&Ticket::new()).expect("not cancelled");
         let (mut inside, mut near_faces) = (0, 0);
         let (mut worst, mut steepest) = (0.0_f64, 0.0_f64);
-        let places: Vec<[f32; 3]> = places(dims).collect();
-        for eight in places.chunks_exact(8) {
-            let (values, growth) = asked(&lattice, eight);
-            for (i, place) in eight.iter().enumerate() {
-                let world = volume.lattice.world_from_index(DVec3::from(place.map(f64::from)));
-                let cells = field.cells();
-                let holds = |solid: &usize| {
-                    let unit = cells.placed(*solid).unit_from(world);
-                    field.is_there(*solid) && unit.is_some()
-                };
-                let solid = (0..27).find(holds);
-                let is_there = values[i] > super::lattice::NOTHING;
-                let Some(solid) = solid.filter(|_| is_there) else {
-                    // Single precision tells sides of faces apart where nobody sees it.
-                    near_faces += usize::from(solid.is_some() != is_there);
-                    continue;
-                };
-                inside += 1;
-                let unit = cells.placed(solid).unit_from(world).expect("it holds it");
-                let found = f64::from(values[i]) + lattice.bias;
-                let off = (found - field.value(solid, unit)).abs();
-                let weights = cells.solids()[solid].kind().weights(unit);
-                let corners = cells.solids()[solid].corners().iter().zip(weights);
-                let world: DVec3 = corners.map(|(c, w)| growths[*c as usize] * w).sum();
-                let expected = volume.lattice.axes().transpose() * world;
-                let found = DVec3::from(growth.map(|g| f64::from(g[i])));
-                // At the face of two cells values of cells jump, and either is right.
-                if on == On::Points || off < 1e-3 {
-                    worst = worst.max(off);
-                    steepest = steepest.max((found - expected).length());
-                } else {
-                    near_faces += 1;
-                }
-                let [low, high] = range_about(bricks, *place);
-                assert!((low..=high).contains(&values[i]), "{on:?} {place:?}");
+        each_place(&volume, &lattice, |place, world, value, growth| {
+            let cells = field.cells();
+            let holds = |solid: &usize| {
+                let unit = cells.placed(*solid).unit_from(world);
+                field.is_there(*solid) && unit.is_some()
+            };
+            let solid = (0..27).find(holds);
+            let is_there = value > super::lattice::NOTHING;
+            let Some(solid) = solid.filter(|_| is_there) else {
+                // Single precision tells sides of faces apart where nobody sees it.
+                near_faces += usize::from(solid.is_some() != is_there);
+                return;
+            };
+            inside += 1;
+            let unit = cells.placed(solid).unit_from(world).expect("it holds it");
+            let found = f64::from(value) + lattice.bias;
+            let off = (found - field.value(solid, unit)).abs();
+            let weights = cells.solids()[solid].kind().weights(unit);
+            let corners = cells.solids()[solid].corners().iter().zip(weights);
+            let world: DVec3 = corners.map(|(c, w)| growths[*c as usize] * w).sum();
+            let expected = volume.lattice.axes().transpose() * world;
+            // At the face of two cells values of cells jump, and either is right.
+            if on == On::Points || off < 1e-3 {
+                worst = worst.max(off);
+                steepest = steepest.max((growth - expected).length());
+            } else {
+                near_faces += 1;
             }
-        }
+            let [low, high] = range_about(bricks, place);
+            assert!((low..=high).contains(&value), "{on:?} {place:?}");
+        });
         assert!(inside > 1500 && near_faces < 4, "{on:?}: {inside} {near_faces}");
         // Of 100, in 32 bits.
         assert!(worst < 5e-3 && steepest < 5e-3, "{on:?}: {worst} {steepest}");

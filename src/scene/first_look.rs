@@ -78,6 +78,15 @@ impl SplatSettings {
     /// For scattered points: ellipsoids about them.
     pub const ELLIPSOIDS: Self = Self { kernel: Kernel::Ellipsoids, ..Self::EXACT };
 
+    /// Of a mesh its cells, of scattered points ellipsoids; `None` of other volumes.
+    pub fn of_cells_or_points(volume: &ScalarVolume) -> Option<Self> {
+        match (&volume.cells, &volume.scattered) {
+            (Some(_), _) => Some(Self::CELLS),
+            (None, Some(_)) => Some(Self::ELLIPSOIDS),
+            (None, None) => None,
+        }
+    }
+
     /// For thick slices: splines that lie between the samples rather than swing through them.
     pub const BETWEEN_SLICES: Self = Self { reconstruction: Reconstruction::Smooth, ..Self::EXACT };
 }
@@ -102,8 +111,7 @@ impl FirstLook {
         }
         let splat = match is_of_names {
             _ if volume.functions.is_some() => SplatSettings::FUNCTIONS,
-            _ if volume.cells.is_some() => SplatSettings::CELLS,
-            _ if volume.scattered.is_some() => SplatSettings::ELLIPSOIDS,
+            _ if let Some(own) = SplatSettings::of_cells_or_points(volume) => own,
             true => SplatSettings::NAMES,
             false if thickest > THICK && volume.lattice.dims.iter().all(|&n| n > 1) => {
                 SplatSettings::BETWEEN_SLICES

@@ -426,11 +426,7 @@ impl Library for NamedFiles {
         let transfer = self.default_transfer(&volume.statistics);
         let view = Orientation::of(space).first_view();
         let lighting = (volume.name == "faces").then(Lighting::first_look);
-        let splat = match (&volume.cells, &volume.scattered) {
-            (Some(_), _) => SplatSettings::CELLS,
-            (None, Some(_)) => SplatSettings::ELLIPSOIDS,
-            (None, None) => SplatSettings::EXACT,
-        };
+        let splat = SplatSettings::of_cells_or_points(volume).unwrap_or(SplatSettings::EXACT);
         FirstLook { transfer, lighting, splat, view }
     }
 }
