@@ -190,7 +190,7 @@ fn every_shortcut_does_what_it_says() {
                 });
             }
             Action::OpenPath => assert!(bench.shows("A file, or demo:NAME")),
-            Action::OpenFolder | Action::RawLayout | Action::EmbedPolygons => {
+            Action::OpenFolder | Action::RawLayout | Action::EmbedPolygons | Action::AddLabels => {
                 unreachable!("it has no key")
             }
             Action::SavePicture => assert!(bench.shows("Width in pixels")),

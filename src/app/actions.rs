@@ -13,6 +13,7 @@ pub enum Action {
     OpenPath,
     RawLayout,
     EmbedPolygons,
+    AddLabels,
     SavePicture,
     SaveScreenshot,
     LoadTransfer,
@@ -116,7 +117,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 43] = [
+pub const ACTIONS: [Entry; 44] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -145,6 +146,13 @@ pub const ACTIONS: [Entry; 43] = [
         "Add polygons…",
         None,
         "Show the triangles of an STL, PLY or OBJ file within the volume",
+    ),
+    entry(
+        Action::AddLabels,
+        Menu::File,
+        "Add labels…",
+        None,
+        "Show a segmentation of the open volume over it: a surface and a colour for each label",
     ),
     entry(
         Action::SavePicture,
@@ -473,6 +481,7 @@ mod tests {
                     | Action::OpenPath
                     | Action::RawLayout
                     | Action::EmbedPolygons
+                    | Action::AddLabels
                     | Action::SavePicture
                     | Action::LoadTransfer
                     | Action::SaveTransfer

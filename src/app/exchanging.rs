@@ -104,6 +104,7 @@ impl Window {
             Purpose::LoadTransfer => self.load_transfer(ctx, path),
             Purpose::SaveTransfer => self.save_transfer(ctx, path),
             Purpose::SaveEncoding => self.save_encoding(ctx, path),
+            Purpose::AddLabels => self.embed(ctx, Surfaces::Labels, path),
         }
     }
 
@@ -121,7 +122,7 @@ impl Window {
         if transfer_file::is_named_so(&path) {
             self.load_transfer(ctx, path);
         } else if MeshFormat::of(&path).is_some() {
-            self.open_mesh(ctx, path);
+            self.embed(ctx, Surfaces::Polygons, path);
         } else {
             self.open(ctx, Source::File(path));
         }

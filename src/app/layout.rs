@@ -270,7 +270,8 @@ impl Window {
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
         section_ui(ui, sections, "Surfaces and slices", |ui| inside::inside_ui(ui, scene));
-        let embeds = section_ui(ui, sections, "Polygons", |ui| polygons::polygons_ui(ui, scene));
+        let embeds =
+            section_ui(ui, sections, "Polygons and labels", |ui| polygons::polygons_ui(ui, scene));
         section_ui(ui, sections, "Clip", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             clip::clip_ui(ui, &mut self.clip, scene, second);
@@ -317,8 +318,8 @@ impl Window {
         if let Some(action) = action.flatten() {
             self.perform(ui.ctx(), action);
         }
-        if embeds == Some(true) {
-            self.perform(ui.ctx(), Action::EmbedPolygons);
+        if let Some(action) = embeds.flatten() {
+            self.perform(ui.ctx(), action);
         }
     }
 

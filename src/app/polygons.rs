@@ -1,53 +1,87 @@
-//! Polygons in the window: files of them, read beside the volume that they are embedded in.
+//! Surfaces in the window: files of polygons, and of labels, read beside the volume that they are embedded in.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::Context;
+use glam::DVec3;
 
+use super::dialogs::named_file::Purpose;
+use super::document::Source;
 use super::file_dialog::{Answer, FileDialog};
 use super::job::{Ended, Job};
 use super::window::Window;
+use crate::core::counted;
 use crate::io::ReadError;
+use crate::io::labels::{self, OpenedLabels};
 use crate::io::mesh::{self, OpenedMesh};
-use crate::scene::{PolygonLayer, SampleSource};
+use crate::scene::{PolygonLayer, SampleSource, turn_between};
+
+/// What a file's surfaces are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Surfaces {
+    /// Its triangles.
+    Polygons,
+    /// What its samples are labelled with.
+    Labels,
+}
+
+/// A file that was read.
+pub(super) enum Embedded {
+    /// Triangles.
+    Mesh(OpenedMesh),
+    /// Labels.
+    Labels(OpenedLabels),
+}
 
 /// The window's side of polygons.
 #[derive(Default)]
 pub(super) struct Polygons {
     /// Files being read, in the order of asking.
-    pub(super) reading: Vec<Job<Result<OpenedMesh, ReadError>>>,
+    pub(super) reading: Vec<Job<Result<Embedded, ReadError>>>,
     chooser: Option<FileDialog>,
 }
 
 impl Window {
-    /// Asks for a file of polygons.
-    pub(super) fn choose_mesh(&mut self, ctx: &Context) {
-        match self.scene.is_some() {
-            true => self.polygons.chooser = Some(FileDialog::open_mesh(ctx)),
-            false => self.notices.hint(NO_VOLUME),
+    /// Asks for a file of surfaces.
+    pub(super) fn choose_surfaces(&mut self, ctx: &Context, of: Surfaces) {
+        match of {
+            _ if self.scene.is_none() => self.notices.hint(no_volume(of)),
+            Surfaces::Polygons => self.polygons.chooser = Some(FileDialog::open_mesh(ctx)),
+            Surfaces::Labels => {
+                let source = self.document.as_ref().map(|document| &document.source);
+                let folder = source.and_then(Source::path).and_then(Path::parent);
+                // With what stands between a folder and a file's name.
+                let folder = folder.map(|folder| folder.join("")).unwrap_or_default();
+                self.ask_for_file(Purpose::AddLabels, &folder);
+            }
         }
     }
 
-    /// Starts to read a file of polygons into the scene.
-    pub(super) fn open_mesh(&mut self, ctx: &Context, path: PathBuf) {
+    /// Starts to read a file of surfaces into the scene.
+    pub(super) fn embed(&mut self, ctx: &Context, of: Surfaces, path: PathBuf) {
         if self.scene.is_none() {
-            self.notices.hint(NO_VOLUME);
+            self.notices.hint(no_volume(of));
             return;
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let job = Job::start("mesh", format!("Opening {name}"), ctx, move |ticket| {
-            mesh::open(&path, None, ticket)
+        let space = self.document.as_ref().and_then(|document| document.grid.space.clone());
+        let job = Job::start("surfaces", format!("Opening {name}"), ctx, move |ticket| match of {
+            Surfaces::Polygons => mesh::open(&path, None, ticket).map(Embedded::Mesh),
+            Surfaces::Labels => {
+                let turn = |theirs: Option<&str>| turn_between(theirs, space.as_deref());
+                labels::open(&path, None, turn, ticket).map(Embedded::Labels)
+            }
         });
         self.polygons.reading.push(job);
     }
 
     /// Takes in what was chosen and read since the last pass.
-    pub(super) fn take_meshes(&mut self, ctx: &Context) {
+    pub(super) fn take_surfaces(&mut self, ctx: &Context) {
         if let Some(answer) = self.polygons.chooser.as_ref().and_then(FileDialog::poll) {
             self.polygons.chooser = None;
             match answer {
-                Answer::Chosen(path) => self.open_mesh(ctx, path),
+                Answer::Chosen(path) => self.embed(ctx, Surfaces::Polygons, path),
                 Answer::Cancelled => {}
                 Answer::Unavailable => self.notices.error(
                     "The file dialog could not open because no desktop portal answered; \
@@ -60,36 +94,65 @@ impl Window {
             match job.poll() {
                 // A cancel that came too late still is one.
                 Some(_) if job.is_cancelled() => {}
-                Some(Ended::Finished(Ok(opened))) => self.embed(opened),
+                Some(Ended::Finished(Ok(Embedded::Mesh(opened)))) => self.add_mesh(opened),
+                Some(Ended::Finished(Ok(Embedded::Labels(opened)))) => self.add_labels(opened),
                 Some(Ended::Finished(Err(error))) if error.is_cancelled() => {}
                 Some(Ended::Finished(Err(error))) => self.notices.error(error.to_string()),
                 Some(Ended::Lost) => {
-                    self.notices.error("Reading the polygons stopped on a bug of the program");
+                    self.notices.error("Reading the surfaces stopped on a bug of the program");
                 }
                 None => self.polygons.reading.push(job),
             }
         }
     }
 
-    fn embed(&mut self, opened: OpenedMesh) {
+    fn add_mesh(&mut self, opened: OpenedMesh) {
+        let name = opened.mesh.name().to_owned();
+        self.tell_of_surfaces(&name, &opened.warnings, opened.mesh.bounds());
         let Some(scene) = &mut self.scene else { return };
-        for warning in &opened.warnings {
-            self.notices.note(format!("{warning}: {}", opened.mesh.name()));
+        let source = SampleSource::whole(&opened.path, &name);
+        scene.add(source, PolygonLayer::new(Arc::new(opened.mesh)));
+    }
+
+    fn add_labels(&mut self, opened: OpenedLabels) {
+        let name = opened.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let bounds = opened.labels.iter().map(|label| label.mesh.bounds());
+        let bounds = bounds.fold(none, |[low, high], [from, to]| [low.min(from), high.max(to)]);
+        self.tell_of_surfaces(&name, &opened.warnings, bounds);
+        let Some(scene) = &mut self.scene else { return };
+        let count = counted(opened.labels.len(), "label");
+        for (number, label) in opened.labels.into_iter().enumerate() {
+            let source = SampleSource::whole(&opened.path, label.mesh.name());
+            scene.add(source, PolygonLayer::of_label(Arc::new(label.mesh), number, label.colour));
         }
-        let [low, high] = opened.mesh.bounds();
+        self.notices.hint(format!(
+            "{count} shown as surfaces; where the volume hides them, lower its opacity or clip it: {name}"
+        ));
+    }
+
+    fn tell_of_surfaces(&mut self, name: &str, warnings: &[String], [low, high]: [DVec3; 2]) {
+        let Some(scene) = &self.scene else { return };
+        for warning in warnings {
+            self.notices.note(format!("{warning}: {name}"));
+        }
         let lattice = scene.lattice();
         let middle = (low + high) / 2.0;
         let reach = (high - low).length() / 2.0;
         if (middle - lattice.centre()).length() > reach + lattice.bounding_radius() {
             self.notices.note(format!(
-                "These polygons lie beside the volume, whose world may have another origin or unit: {}",
-                opened.mesh.name()
+                "These surfaces lie beside the volume, whose world may have another origin or unit: {name}"
             ));
         }
-        let source = SampleSource::whole(&opened.path, opened.mesh.name());
-        scene.add(source, PolygonLayer::new(Arc::new(opened.mesh)));
     }
 }
 
-/// Why polygons alone are not shown.
-const NO_VOLUME: &str = "Polygons are embedded in a volume: open one first";
+/// Why surfaces alone are not shown.
+fn no_volume(of: Surfaces) -> &'static str {
+    match of {
+        Surfaces::Polygons => "Polygons are embedded in a volume: open one first",
+        Surfaces::Labels => {
+            "Labels are laid over a volume: open their scan first, or open their file as a volume"
+        }
+    }
+}

@@ -37,7 +37,7 @@ use super::panels::accuracy::AccuracyPanel;
 use super::panels::clip::ClipEditor;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
-use super::polygons::Polygons;
+use super::polygons::{Polygons, Surfaces};
 use super::probing::Probing;
 use super::rate::PictureRate;
 use super::saving::{Renderer, Saved};
@@ -270,7 +270,8 @@ impl Window {
             Action::OpenFolder => self.file_dialog = Some(FileDialog::open_folder(ctx)),
             Action::OpenPath => self.dialog = Some(Dialog::OpenPath(OpenPath::default())),
             Action::RawLayout => self.ask_raw_layout_again(),
-            Action::EmbedPolygons => self.choose_mesh(ctx),
+            Action::EmbedPolygons => self.choose_surfaces(ctx, Surfaces::Polygons),
+            Action::AddLabels => self.choose_surfaces(ctx, Surfaces::Labels),
             Action::SavePicture => self.ask_to_save(),
             Action::SaveScreenshot => self.save_screenshot(ctx),
             Action::LoadTransfer
@@ -403,7 +404,7 @@ impl Window {
     fn take_news(&mut self, ctx: &Context) {
         self.take_document(ctx);
         self.take_vectors();
-        self.take_meshes(ctx);
+        self.take_surfaces(ctx);
         self.take_flow();
         self.take_encoding();
         self.take_saved();

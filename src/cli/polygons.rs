@@ -7,8 +7,8 @@ use clap::Args;
 
 use super::{Failure, note, values};
 use crate::core::{Srgb8, Ticket};
-use crate::io::mesh;
-use crate::scene::{PolygonLayer, PolygonLook, SampleSource};
+use crate::io::{labels, mesh};
+use crate::scene::{PolygonLayer, PolygonLook, SampleSource, turn_between};
 
 /// Polygons among what else is seen.
 #[derive(Debug, Args)]
@@ -21,6 +21,11 @@ pub struct PolygonFlags {
     #[arg(long, value_name = "FILE[,color=RRGGBB][,opacity=A][,shading=flat|smooth]",
         value_parser = mesh_at)]
     pub mesh: Vec<MeshAt>,
+
+    /// Show the labels of another volume (a segmentation: whole numbers, 0 is nothing) as a surface each, in the file's
+    /// colours or colours of their own, at their place in the patient or the world. May be given again
+    #[arg(long, value_name = "FILE[,opacity=A]", value_parser = labels_at)]
+    pub labels: Vec<MeshAt>,
 }
 
 /// A file of polygons, and how they look.
@@ -42,14 +47,43 @@ impl MeshAt {
 impl PolygonFlags {
     /// The flag that asks for polygons, if it was given.
     pub(super) fn given(&self) -> Option<&'static str> {
-        (!self.mesh.is_empty()).then_some("--mesh")
+        let mesh = (!self.mesh.is_empty()).then_some("--mesh");
+        mesh.or_else(|| (!self.labels.is_empty()).then_some("--labels"))
     }
 
-    /// The files' polygons.
+    /// The files that are asked for, with the flag that asks.
+    pub(super) fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
+        let meshes = self.mesh.iter().map(|asked| ("--mesh", asked.path()));
+        meshes.chain(self.labels.iter().map(|asked| ("--labels", asked.path())))
+    }
+
+    /// The files' polygons, in the world of a volume whose file calls its space so.
     ///
     /// # Errors
     /// A file that cannot be read.
-    pub(super) fn layers(&self) -> Result<Vec<(SampleSource, PolygonLayer)>, Failure> {
+    pub(super) fn layers(
+        &self,
+        space: Option<&str>,
+    ) -> Result<Vec<(SampleSource, PolygonLayer)>, Failure> {
+        let mut layers = self.meshes()?;
+        for asked in &self.labels {
+            let turn = |theirs: Option<&str>| turn_between(theirs, space);
+            let opened = labels::open(&asked.path, None, turn, &Ticket::new());
+            let opened = opened.map_err(Failure::failed)?;
+            for warning in &opened.warnings {
+                note(&format!("{warning}: {}", asked.path.display()));
+            }
+            for (number, label) in opened.labels.into_iter().enumerate() {
+                let source = SampleSource::whole(&opened.path, label.mesh.name());
+                let layer = PolygonLayer::of_label(Arc::new(label.mesh), number, label.colour);
+                let look = PolygonLook { opacity: asked.opacity, ..layer.look };
+                layers.push((source, PolygonLayer { look, ..layer }));
+            }
+        }
+        Ok(layers)
+    }
+
+    fn meshes(&self) -> Result<Vec<(SampleSource, PolygonLayer)>, Failure> {
         let read = self.mesh.iter().map(|asked| {
             let opened = mesh::open(&asked.path, None, &Ticket::new()).map_err(Failure::failed)?;
             for warning in &opened.warnings {
@@ -101,9 +135,28 @@ fn mesh_at(text: &str) -> Result<MeshAt, String> {
     Ok(MeshAt { path: PathBuf::from(rest), colour, opacity: opacity.unwrap_or(1.0), is_smooth })
 }
 
+/// A file's name, and after it how opaque the surfaces of its labels are.
+fn labels_at(text: &str) -> Result<MeshAt, String> {
+    let asked = mesh_at(text)?;
+    match (asked.colour, asked.is_smooth) {
+        (None, None) => Ok(asked),
+        _ => Err(format!("expected FILE[,opacity=A], found {}", values::found(text))),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn labels_are_a_file_and_an_opacity_alone() {
+        let said = labels_at("seg.nrrd,opacity=0.25").unwrap();
+        assert_eq!((said.path(), said.opacity), (Path::new("seg.nrrd"), 0.25));
+        for wrong in ["seg.nrrd,color=ff0000", "seg.nrrd,shading=flat", "", "a,opacity=x"] {
+            let refused = labels_at(wrong).unwrap_err();
+            assert!(refused.contains("expected") && refused.contains("found"), "{refused}");
+        }
+    }
 
     #[test]
     fn a_mesh_is_a_file_and_what_is_said_of_it() {

@@ -81,8 +81,8 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     refuse_one_place(&places)?;
     // One mesh may be embedded twice.
     places.swap_remove(0);
-    for mesh in &flags.polygons.mesh {
-        places.push(("--mesh", Some(mesh.path())));
+    for (flag, path) in flags.polygons.files() {
+        places.push((flag, Some(path)));
         refuse_one_place(&places)?;
         places.pop();
     }
@@ -305,7 +305,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
             ));
         }
     }
-    let mut polygons = flags.polygons.layers()?;
+    let mut polygons = flags.polygons.layers(input.grid.space.as_deref())?;
     polygons.extend(flow);
     if !polygons.is_empty() && flags.refine == Some(RefineFlag::Coarse) {
         return Err(Failure::Usage(

@@ -40,6 +40,13 @@ impl Srgb8 {
     }
 }
 
+impl LinearRgb {
+    /// The bytes that a display is given; what is beyond 0..=1 is clamped.
+    pub fn to_srgb(self) -> Srgb8 {
+        Srgb8(self.0.map(srgb_byte))
+    }
+}
+
 /// Decodes one sRGB channel in 0..=1 to linear light.
 pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }

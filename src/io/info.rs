@@ -8,9 +8,10 @@ use serde::Serialize;
 
 use super::cells_info::CellsInfo;
 use super::{Facts, Opened, Series};
+use crate::core::Srgb8;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::rbf::four_digits;
-use crate::volume::{Field, Grid, Scalar, Shape, Statistics};
+use crate::volume::{Field, Grid, LabelName, Scalar, Shape, Statistics};
 use crate::with_samples;
 
 /// The answer to `voxsplat info`; its JSON form keeps these names.
@@ -48,6 +49,9 @@ pub struct Info {
     pub unit: Option<String>,
     /// The active field first.
     pub fields: Vec<FieldInfo>,
+    /// What values stand for, where the file says.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub labels: Vec<LabelInfo>,
     /// What was ignored, assumed or repaired while reading.
     pub warnings: Vec<String>,
     /// The series that lie at its place, where there are several.
@@ -80,6 +84,27 @@ impl CoordinateInfo {
             min_step: steps().reduce(f64::min),
             max_step: steps().reduce(f64::max),
         }
+    }
+}
+
+/// What a value of the active field stands for.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LabelInfo {
+    /// Of which number of a sample.
+    pub component: usize,
+    /// The value.
+    pub value: i64,
+    /// What has it.
+    pub name: String,
+    /// Red, green and blue, 0 to 255, where the file gives it a colour.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub color: Option<[u8; 3]>,
+}
+
+impl LabelInfo {
+    fn of(name: &LabelName) -> Self {
+        let LabelName { component, value, name, colour } = name.clone();
+        Self { component, value, name, color: colour.map(|Srgb8(colour)| colour) }
     }
 }
 
@@ -182,6 +207,7 @@ pub fn describe_grid(
         space: grid.space.clone(),
         unit: grid.unit.clone(),
         fields: fields.collect::<Result<_, _>>()?,
+        labels: grid.label_names.iter().map(LabelInfo::of).collect(),
         warnings: warnings.to_vec(),
         series: Vec::new(),
         encoding: None,
@@ -288,6 +314,9 @@ impl fmt::Display for Info {
                     "", field.nan_count, field.infinite_count
                 )?;
             }
+        }
+        for LabelInfo { value, name, .. } in &self.labels {
+            writeln!(f, "{:<11}{value} is {name}", "label")?;
         }
         self.warnings.iter().try_for_each(|warning| writeln!(f, "{:<11}{warning}", "note"))
     }

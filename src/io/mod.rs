@@ -13,6 +13,7 @@ mod files;
 mod hdf5;
 mod images;
 pub mod info;
+pub mod labels;
 pub mod mesh;
 mod metaimage;
 mod mrc;

@@ -1,10 +1,13 @@
 //! Polygons: triangles in the world, as files have them or as they are made here.
 //!
-//! Owns [`Mesh`], what it refuses, and its normals. Refuses files, looks and drawing. Imports `core`.
+//! Owns [`Mesh`], what it refuses, and its normals, and the surfaces of labelled samples ([`Nets`]). Refuses files, looks and
+//! drawing. Imports `core`.
 //! Read by `vector`, `io`, `scene`, `reference`, `gpu`, `task`, `app` and `cli`.
 
 mod mesh;
+mod nets;
 mod shapes;
 
 pub use mesh::{Mesh, MeshError, Triangle};
+pub use nets::{NOTHING, Nets, Surface};
 pub use shapes::Shapes;

@@ -26,6 +26,7 @@ pub use effect::Effect;
 pub use first_look::FirstLook;
 pub use framing::{
     NamedView, Orientation, UpAxis, axis_letters, box_of_what_shows, framing_what_shows,
+    turn_between,
 };
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{Look, Sampled};
 use crate::core::Srgb8;
 use crate::polygons::Mesh;
+use crate::transfer::colour_of_label;
 
 /// What polygons look like that say nothing of it.
 pub const POLYGON_COLOUR: Srgb8 = Srgb8([225, 225, 225]);
@@ -60,6 +61,14 @@ impl PolygonLayer {
     pub fn new(mesh: Arc<Mesh>) -> Self {
         let look = PolygonLook { colour: None, opacity: 1.0, is_smooth: mesh.has_normals() };
         Self { mesh, look }
+    }
+}
+
+impl PolygonLayer {
+    /// The surface of a label as it is first seen: in the file's colour, or that of its number among the others.
+    pub fn of_label(mesh: Arc<Mesh>, number: usize, colour: Option<Srgb8>) -> Self {
+        let colour = Some(colour.unwrap_or_else(|| colour_of_label(number)));
+        Self { mesh, look: PolygonLook { colour, opacity: 1.0, is_smooth: true } }
     }
 }
 

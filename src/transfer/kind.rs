@@ -144,7 +144,7 @@ const APART: [[u8; 3]; 7] = [
 const MIXED: [(f64, f64); 5] = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.4), (0.75, 0.0), (0.25, 0.4)];
 
 /// The colour of the thing of a number: no two of the first 35 are alike.
-pub(super) fn colour_of_label(number: usize) -> Srgb8 {
+pub fn colour_of_label(number: usize) -> Srgb8 {
     let base = APART[number % APART.len()];
     let (white, black) = MIXED[number / APART.len() % MIXED.len()];
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0..=255")]

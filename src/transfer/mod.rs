@@ -26,7 +26,7 @@ pub use function::{
     interpolate,
 };
 pub use gaussian::{GAUSSIAN_TOLERANCE, Gaussian, MOST_GAUSSIANS, opacity_of, points_of};
-pub use kind::Kind;
+pub use kind::{Kind, colour_of_label};
 pub use no_data::NoData;
 pub use regions::{MOST_REGIONS, Region, RegionError, RegionShape};
 pub use simplify::{FREEHAND_TOLERANCE, MOST_DRAWN_POINTS, redrawn};

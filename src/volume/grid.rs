@@ -12,8 +12,8 @@ use super::samples::Scalar;
 use super::shape::Shape;
 use super::{Bricks, Samples, ScalarType, Scattered, Statistics, VolumeError};
 use crate::cells::CellField;
-use crate::core::memory;
 use crate::core::progress::Ticket;
+use crate::core::{Srgb8, memory};
 use crate::rbf::Encoding;
 use crate::with_samples;
 
@@ -156,6 +156,19 @@ impl Field {
     }
 }
 
+/// What a whole number among a field's values stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LabelName {
+    /// Of which number of a sample.
+    pub component: usize,
+    /// The value.
+    pub value: i64,
+    /// What has it.
+    pub name: String,
+    /// The colour that the file gives it.
+    pub colour: Option<Srgb8>,
+}
+
 /// Everything read from a file that holds a grid.
 #[derive(Debug, Clone)]
 pub struct Grid {
@@ -172,6 +185,8 @@ pub struct Grid {
     pub unit: Option<String>,
     /// The basis functions whose sum its only field is, where it was sampled from some.
     pub functions: Option<Arc<Encoding>>,
+    /// What the active field's values stand for, where the file says.
+    pub label_names: Vec<LabelName>,
 }
 
 /// Which number of a field is drawn.
@@ -214,7 +229,15 @@ impl Component {
 impl Grid {
     /// A grid of evenly spaced points, of no space that has a name.
     pub fn of(lattice: Lattice, fields: Vec<Field>) -> Self {
-        Self { lattice, shape: Shape::Affine, fields, space: None, unit: None, functions: None }
+        Self {
+            lattice,
+            shape: Shape::Affine,
+            fields,
+            space: None,
+            unit: None,
+            functions: None,
+            label_names: Vec::new(),
+        }
     }
 
     /// A grid of points of a shape, of no space that has a name.

@@ -18,7 +18,7 @@ mod unit;
 mod vector_field;
 
 pub use error::VolumeError;
-pub use grid::{Association, Component, Field, Grid, Lattice, ScalarVolume};
+pub use grid::{Association, Component, Field, Grid, LabelName, Lattice, ScalarVolume};
 pub use joint::{JOINT_BINS, JointHistogram};
 pub use samples::{Samples, Scalar, ScalarType};
 pub use scattered::Scattered;

@@ -59,3 +59,76 @@ fn meshes_are_embedded_or_refused_in_a_sentence() {
         assert!(pictures[..i].iter().all(|other| other != picture), "{i}");
     }
 }
+
+/// A segmentation of the demo as 3D Slicer writes it, over a patient's axes: a block of 4³ of the sixth label, beside one of
+/// the second.
+fn segmentation(space: &str) -> Vec<u8> {
+    let header = format!(
+        "NRRD0004\ntype: uint8\ndimension: 3\nspace: {space}\nsizes: 12 12 12\n\
+         space directions: (0.181818182,0,0) (0,0.181818182,0) (0,0,0.181818182)\nspace origin: (-1,-1,-1)\nencoding: raw\n\
+         Segment0_Name:=core of the wind\nSegment0_LabelValue:=6\nSegment0_Color:=1 0 0\n\
+         Segment1_Name:=still air\nSegment1_LabelValue:=2\n\n"
+    );
+    let label = |i: usize| match [i % 12, i / 12 % 12, i / 144].map(|at| at / 4) {
+        [1, 1, 1] => 6,
+        [2, 1, 1] => 2,
+        _ => 0,
+    };
+    header.into_bytes().into_iter().chain((0..1728).map(label)).collect()
+}
+
+#[test]
+fn labels_of_another_file_are_surfaces_of_their_names_and_colours() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("labels.seg.nrrd");
+    fs::write(&path, segmentation("right-anterior-superior")).expect("written");
+    let labels = path.to_str().expect("UTF-8");
+    let told = String::from_utf8(voxsplat(&["info", labels]).stdout).expect("UTF-8");
+    assert!(
+        told.contains("6 is core of the wind\n") && told.contains("2 is still air\n"),
+        "{told}"
+    );
+    let of = |flags: &[&str]| rendered(folder.path(), flags);
+    let refused = of(&["--labels", DEMO]).unwrap_err();
+    assert!(refused.contains("found nothing of that name"), "{refused}");
+    let measured = folder.path().join("measured.nrrd");
+    let text = "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n0.5 1\n";
+    fs::write(&measured, text).expect("written");
+    let refused = of(&["--labels", measured.to_str().expect("UTF-8")]).unwrap_err();
+    assert!(refused.contains("expected labels, which are at most 255") && refused.contains("0.5"));
+    let refused = of(&["--labels", labels, "--backend", "raster"]).unwrap_err();
+    assert!(refused.contains("with --labels, found --backend raster"), "{refused}");
+    // The picture is not written over the labels.
+    let same = voxsplat(&["render", DEMO, "--labels", labels, "-o", labels]);
+    assert!(errors(&same).contains("--labels"), "{}", errors(&same));
+    if !can_draw() {
+        return;
+    }
+    // Nothing of the field itself, seen along z: x to the right.
+    let clear = [
+        "--opacity",
+        "0:0,1:0",
+        "--camera-direction",
+        "0,0,-1",
+        "--camera-view-up",
+        "0,1,0",
+        "--shading",
+        "none",
+        "--background",
+        "000000",
+    ];
+    let pixel = |flags: &[&str], x: u32| {
+        let picture = of(&[&clear[..], flags].concat()).expect("a picture");
+        let picture = image::load_from_memory(&picture).expect("a PNG").to_rgb8();
+        picture.get_pixel(x, 18).0
+    };
+    // The middle block, and that to its right.
+    let found = [24, 30].map(|x| pixel(&["--labels", labels], x));
+    assert!(
+        found[0][0] > 60 && found[0][1] < 5 && found[0][2] < 5,
+        "red, as the file says: {found:?}"
+    );
+    assert!(found[1][2] > found[1][0] && found[1][2] > 60, "a colour of its own: {found:?}");
+    let half = pixel(&["--labels", &format!("{labels},opacity=0.5")], 24);
+    assert!(half[0] < found[0][0], "{half:?}");
+}

@@ -6,6 +6,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use voxsplat::app::document::Source;
+use voxsplat::core::Srgb8;
 use voxsplat::polygons::Mesh;
 use voxsplat::scene::{Layer, Look, PolygonLook, Sampled, Scene};
 
@@ -60,6 +61,7 @@ fn dropped(bench: &mut Bench, name: &str, text: &str) {
     bench.settle();
 }
 
+const FILE_OF_LABELS: &str = "A segmentation of this volume, in any format that volumes have";
 const TRIANGLE: &str = "v 1 1 1\nv 3 1 1\nv 1 3 2\nf 1 2 3\n";
 
 #[test]
@@ -163,4 +165,50 @@ fn streamlines_are_seeded_on_a_plane_a_line_or_about_a_point() {
         boxes.push(layers(&bench)[0].mesh.bounds());
     }
     assert!(boxes[0] != boxes[1] && boxes[1] != boxes[2], "{boxes:?}");
+}
+
+#[test]
+fn labels_are_added_by_their_path_shown_by_name_and_removed_together() {
+    let mut bench = Bench::opened();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("labels.nrrd");
+    let text = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 1 1\nencoding: ascii\nSegment0_Name:=heart\n\
+                Segment0_LabelValue:=1\nSegment0_Color:=1 0 0\n\n1 0 7\n";
+    std::fs::write(&path, text).expect("written");
+    let add = |bench: &mut Bench, path: &str| {
+        press(bench, "Add labels…");
+        bench.harness.get_by_label(FILE_OF_LABELS).type_text(path);
+        bench.settle();
+        press(bench, "Add");
+    };
+    add(&mut bench, path.to_str().expect("UTF-8"));
+    bench.wait_until(|window| window.scene().is_some_and(|scene| Shown::all_of(scene).len() == 2));
+    bench.settle();
+    let names = |bench: &Bench| {
+        layers(bench).iter().map(|layer| layer.mesh.name().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&bench), ["heart", "Label 7"]);
+    let looks = layers(&bench);
+    assert_eq!(looks[0].look.colour, Some(Srgb8([255, 0, 0])));
+    assert!(looks[1].look.colour.is_some_and(|colour| colour != Srgb8([255, 0, 0])));
+    bench.harness.check_accessibility();
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Label 7 shown").click();
+    bench.settle();
+    assert_eq!(layers(&bench).iter().map(|l| l.is_shown).collect::<Vec<_>>(), [true, false]);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "All labels shown").click();
+    bench.settle();
+    assert!(layers(&bench).iter().all(|layer| layer.is_shown));
+    bench.set_slider("Labels opacity", 0.25);
+    assert!(layers(&bench).iter().all(|layer| layer.look.opacity == 0.25));
+    press(&mut bench, "Remove labels");
+    assert!(layers(&bench).is_empty());
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(layers(&bench).len(), 2, "one step");
+    std::fs::write(&path, text.replace("1 0 7", "1 0 300")).expect("written");
+    add(&mut bench, path.to_str().expect("UTF-8"));
+    bench.wait_until(|window| {
+        window.notices().shown().iter().any(|n| n.text.contains("labels.nrrd"))
+    });
+    assert_eq!(layers(&bench).len(), 2, "what cannot be read changes nothing");
 }

@@ -1,4 +1,4 @@
-//! Where a transfer function is loaded from, or it or basis functions are saved to.
+//! Where a transfer function or labels are read from, or it or basis functions are saved to.
 
 use std::path::{Path, PathBuf};
 
@@ -17,6 +17,8 @@ pub enum Purpose {
     SaveTransfer,
     /// Basis functions are to be written.
     SaveEncoding,
+    /// A volume of labels is to be read.
+    AddLabels,
 }
 
 /// A path being chosen.
@@ -47,6 +49,7 @@ impl NamedFileDialog {
             Purpose::LoadTransfer => ("Load transfer function", "Load"),
             Purpose::SaveTransfer => ("Save transfer function", "Save"),
             Purpose::SaveEncoding => ("Save basis functions", "Save"),
+            Purpose::AddLabels => ("Add labels", "Add"),
         };
         let (label, hint, misnamed) = match self.purpose {
             Purpose::LoadTransfer | Purpose::SaveTransfer => (
@@ -58,6 +61,11 @@ impl NamedFileDialog {
                 "A file that ends in .vrbf",
                 "/path/to/functions.vrbf",
                 "The file's name must end in .vrbf",
+            ),
+            Purpose::AddLabels => (
+                "A segmentation of this volume, in any format that volumes have",
+                "/path/to/labels.nii.gz",
+                "",
             ),
         };
         modal(ctx, "named file", title, 460.0, |ui| {
@@ -76,6 +84,7 @@ impl NamedFileDialog {
                     Purpose::LoadTransfer => FileDialog::open_transfer(ui.ctx()),
                     Purpose::SaveTransfer => FileDialog::save_transfer(ui.ctx(), path),
                     Purpose::SaveEncoding => FileDialog::save_encoding(ui.ctx(), path),
+                    Purpose::AddLabels => FileDialog::open(ui.ctx()),
                 });
             }
             if let Some(trouble) = self.trouble {
@@ -97,7 +106,7 @@ impl Purpose {
     /// Whether a file may be called so. What is read says what it is itself.
     fn allows(self, path: &Path) -> bool {
         match self {
-            Self::LoadTransfer => true,
+            Self::LoadTransfer | Self::AddLabels => true,
             Self::SaveTransfer => is_named_so(path),
             Self::SaveEncoding => {
                 path.extension().is_some_and(|name| name.eq_ignore_ascii_case("vrbf"))

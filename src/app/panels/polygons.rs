@@ -1,39 +1,125 @@
-//! Polygons embedded in the volume: which, and what they look like.
+//! Polygons embedded in the volume, and the surfaces of labels: which, and what they look like.
 
-use eframe::egui::{Label, Ui};
+use std::ops::Range;
+
+use eframe::egui::{Label, RichText, ScrollArea, Ui};
 
 use super::inside::{note_ui, opacity_ui, remove_ui};
 use super::row_ui;
+use crate::app::actions::{Action, entry_of};
+use crate::app::theme;
 use crate::core::Srgb8;
 use crate::scene::{Effect, Layer, Look, POLYGON_COLOUR, Sampled, Scene};
 
-/// The section; whether another file is to be opened.
-pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> bool {
-    let at: Vec<usize> =
-        (0..scene.layers.len()).filter(|at| scene.layers[*at].look.is_surface()).collect();
-    if !at.is_empty() && scene.refusal_of(Effect::Polygons).is_some() {
+/// How high the list of a file's labels grows before it scrolls, points.
+const MOST_LABELS_HEIGHT: f32 = 220.0;
+
+/// The section; the command for another file, where it is asked for.
+pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> Option<Action> {
+    let files = files(scene);
+    if !files.is_empty() && scene.refusal_of(Effect::Polygons).is_some() {
         let text = "Not drawn: this mode is of triangles of its own, or Rendering is not Volume. Choose the exact \
                     mode under Splats, or another kernel and back end, and Volume above";
         note_ui(ui, text);
     }
-    let mut removed = None;
-    for (i, at) in at.into_iter().enumerate() {
-        let about = scene.store.get(&scene.layers[at].source).map(Sampled::about);
-        let layer = (about.unwrap_or_default(), &mut scene.layers[at]);
-        if ui.push_id(("mesh", i), |ui| layer_ui(ui, i, layer)).inner {
-            removed = Some(at);
+    let mut removed = 0..0;
+    let mut meshes = 0;
+    for of_file in files {
+        let first = of_file.start;
+        let is_removed = if of_file.len() == 1 {
+            meshes += 1;
+            let about = scene.store.get(&scene.layers[first].source).map(Sampled::about);
+            let layer = (about.unwrap_or_default(), &mut scene.layers[first]);
+            ui.push_id(("mesh", meshes), |ui| layer_ui(ui, meshes, layer)).inner
+        } else {
+            let layers = &mut scene.layers[of_file.clone()];
+            ui.push_id(("labels", first), |ui| labels_ui(ui, layers)).inner
+        };
+        if is_removed {
+            removed = of_file;
         }
     }
-    if let Some(at) = removed {
+    for at in removed.rev() {
         scene.remove(at);
     }
-    let open = ui.button("Add polygons…");
-    open.on_hover_text("Show the triangles of an STL, PLY or OBJ file within the volume").clicked()
+    let mut asked = None;
+    ui.horizontal_wrapped(|ui| {
+        for action in [Action::EmbedPolygons, Action::AddLabels] {
+            let entry = entry_of(action);
+            if ui.button(entry.name).on_hover_text(entry.help).clicked() {
+                asked = Some(action);
+            }
+        }
+    });
+    asked
+}
+
+/// The surfaces of each file, which lie side by side.
+fn files(scene: &Scene) -> Vec<Range<usize>> {
+    let mut files: Vec<Range<usize>> = Vec::new();
+    for (at, layer) in scene.layers.iter().enumerate().filter(|(_, layer)| layer.look.is_surface())
+    {
+        let is_another = |last: &Range<usize>| {
+            let first = &scene.layers[last.start].source;
+            // The first label once more is that of the same file, added again.
+            last.end != at || layer.source.path != first.path || layer.source.field == first.field
+        };
+        match files.last_mut() {
+            Some(last) if !is_another(last) => last.end += 1,
+            _ => files.push(at..at + 1),
+        }
+    }
+    files
+}
+
+/// The labels of a file; whether all are to be removed.
+fn labels_ui(ui: &mut Ui, layers: &mut [Layer]) -> bool {
+    let file = layers[0].source.path.file_name().unwrap_or_default();
+    let file = file.to_string_lossy().into_owned();
+    let mut are_shown = layers.iter().all(|layer| layer.is_shown);
+    let removed = row_ui(ui, "Labels", |ui| {
+        let switch = ui.checkbox(&mut are_shown, "").accessible_name("All labels shown");
+        if switch.on_hover_text("Draw all of them").changed() {
+            layers.iter_mut().for_each(|layer| layer.is_shown = are_shown);
+        }
+        let removed = remove_ui(ui, "labels", "Remove all of them");
+        ui.add(Label::new(file).truncate());
+        removed
+    });
+    let mut opacity = layers[0].look.opacity_mut().map_or(1.0, |opacity| *opacity);
+    let before = opacity;
+    opacity_ui(ui, "Labels", &mut opacity, "How much each surface hides of what is behind");
+    if opacity != before {
+        layers.iter_mut().filter_map(|layer| layer.look.opacity_mut()).for_each(|a| *a = opacity);
+    }
+    let list = ScrollArea::vertical().max_height(MOST_LABELS_HEIGHT).auto_shrink([false, true]);
+    list.show(ui, |ui| {
+        for layer in layers {
+            ui.horizontal(|ui| label_ui(ui, layer));
+        }
+    });
+    removed
+}
+
+/// One label.
+fn label_ui(ui: &mut Ui, layer: &mut Layer) {
+    let name = &layer.source.field;
+    let shown = ui.checkbox(&mut layer.is_shown, "").accessible_name(format!("{name} shown"));
+    shown.on_hover_text("Draw it");
+    if let Look::Polygons(look) = &mut layer.look {
+        let Srgb8(colour) = look.colour.get_or_insert(POLYGON_COLOUR);
+        ui.color_edit_button_srgb(colour)
+            .accessible_name(format!("{name} colour"))
+            .on_hover_text("Its colour");
+    }
+    let text = RichText::new(name.as_str());
+    let text = if layer.is_shown { text } else { text.color(theme::TEXT_FAINT) };
+    ui.add(Label::new(text).truncate());
 }
 
 /// One mesh; whether it is to be removed.
 fn layer_ui(ui: &mut Ui, i: usize, (about, layer): (String, &mut Layer)) -> bool {
-    let name = format!("Mesh {}", i + 1);
+    let name = format!("Mesh {i}");
     let removed = row_ui(ui, &name, |ui| {
         let shown = ui.checkbox(&mut layer.is_shown, "").accessible_name(format!("{name} shown"));
         shown.on_hover_text("Draw it");

@@ -113,11 +113,20 @@ impl Dataset {
 
     /// A whole number of 16 bits.
     pub(super) fn short(&self, tag: u32) -> Option<u16> {
-        let bytes: [u8; 2] = self.value(tag)?.get(..2)?.try_into().ok()?;
-        Some(match self.endian {
-            Endian::Little => u16::from_le_bytes(bytes),
-            Endian::Big => u16::from_be_bytes(bytes),
-        })
+        self.shorts(tag).map(|[number]| number)
+    }
+
+    /// Whole numbers of 16 bits, the first so many.
+    pub(super) fn shorts<const N: usize>(&self, tag: u32) -> Option<[u16; N]> {
+        let bytes = self.value(tag)?.get(..2 * N)?;
+        let number = |at: usize| {
+            let bytes = [bytes[2 * at], bytes[2 * at + 1]];
+            match self.endian {
+                Endian::Little => u16::from_le_bytes(bytes),
+                Endian::Big => u16::from_be_bytes(bytes),
+            }
+        };
+        Some(std::array::from_fn(number))
     }
 
     /// A whole number of 32 bits.

@@ -6,6 +6,7 @@
 mod dataset;
 mod order;
 mod pixels;
+mod segments;
 mod series;
 mod slices;
 mod tags;
@@ -110,6 +111,7 @@ pub(super) fn read(
     };
     grid.space = stack.is_placed.then(|| SPACE.to_owned());
     grid.unit = Some("mm".to_owned());
+    grid.label_names = files.first().map(|file| file.segments.clone()).unwrap_or_default();
     Ok(Opened { series, ..Opened::of(grid, Format::Dicom, warnings) })
 }
 
@@ -154,7 +156,7 @@ fn fields(
     let sizes = stack.lattice.dims.map(|n| n as u64);
     let all = [sizes[0], sizes[1], sizes[2], form.components as u64, stack.steps.len() as u64];
     let count = bytes::checked_count("the series", &all, stored, free_bytes)?;
-    if segments(files, stack) {
+    if are_segments(files, stack) {
         warnings.push(
             "the segments are shown as labels: each voxel has the number of its segment".into(),
         );
@@ -239,7 +241,7 @@ impl Meaning {
 }
 
 /// Whether the frames are masks of segments.
-fn segments(files: &[Slices], stack: &Stack) -> bool {
+fn are_segments(files: &[Slices], stack: &Stack) -> bool {
     stack
         .steps
         .iter()

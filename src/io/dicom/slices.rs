@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::super::bytes::Endian;
 use super::super::error::{Problem, corrupt, quoted, truncated, unsupported};
 use super::dataset::{Content, Dataset, Pixels};
-use super::tags;
-use crate::volume::ScalarType;
+use super::{segments, tags};
+use crate::volume::{LabelName, ScalarType};
 
 /// More frames than this are a damaged number.
 const MOST_FRAMES: u64 = 1 << 20;
@@ -93,6 +93,8 @@ pub(super) struct Slices {
     pub(super) pixels: Pixels,
     pub(super) frames: Vec<Frame>,
     pub(super) has_table: bool,
+    /// Of a segmentation: what its numbers stand for.
+    pub(super) segments: Vec<LabelName>,
 }
 
 impl Slices {
@@ -147,6 +149,7 @@ impl Slices {
             form,
             frames: frames.collect(),
             has_table: dataset.item(tags::MODALITY_TABLE).is_some(),
+            segments: segments::named(dataset),
             syntax: content.syntax,
             endian: content.endian,
             pixels,

@@ -35,8 +35,12 @@ pub(super) const RESCALE_SLOPE: u32 = 0x0028_1053;
 pub(super) const MODALITY_TABLE: u32 = 0x0028_3000;
 pub(super) const PIXEL_MEASURES: u32 = 0x0028_9110;
 pub(super) const VALUE_TRANSFORMATION: u32 = 0x0028_9145;
+pub(super) const SEGMENTS: u32 = 0x0062_0002;
+pub(super) const SEGMENT_NUMBER: u32 = 0x0062_0004;
+pub(super) const SEGMENT_LABEL: u32 = 0x0062_0005;
 pub(super) const SEGMENT_IDENTIFICATION: u32 = 0x0062_000a;
 pub(super) const REFERENCED_SEGMENT: u32 = 0x0062_000b;
+pub(super) const SEGMENT_COLOUR: u32 = 0x0062_000d;
 pub(super) const GRID_FRAME_OFFSETS: u32 = 0x3004_000c;
 pub(super) const DOSE_SCALING: u32 = 0x3004_000e;
 pub(super) const SHARED_GROUPS: u32 = 0x5200_9229;
@@ -46,20 +50,21 @@ pub(super) const FRAME_GROUPS: u32 = 0x5200_9230;
 pub(super) const PIXELS: [u32; 3] = [0x7fe0_0008, 0x7fe0_0009, 0x7fe0_0010];
 
 /// Sequences among those that are kept: files without letters do not say so.
-pub(super) const SEQUENCES: [u32; 9] = [
+pub(super) const SEQUENCES: [u32; 10] = [
     FRAME_CONTENT,
     PLANE_POSITION,
     PLANE_ORIENTATION,
     MODALITY_TABLE,
     PIXEL_MEASURES,
     VALUE_TRANSFORMATION,
+    SEGMENTS,
     SEGMENT_IDENTIFICATION,
     SHARED_GROUPS,
     FRAME_GROUPS,
 ];
 
 /// What is kept of a file, in order.
-pub(super) const KEPT: [u32; 41] = [
+pub(super) const KEPT: [u32; 45] = [
     TRANSFER_SYNTAX,
     SOP_CLASS,
     SOP_INSTANCE,
@@ -95,8 +100,12 @@ pub(super) const KEPT: [u32; 41] = [
     MODALITY_TABLE,
     PIXEL_MEASURES,
     VALUE_TRANSFORMATION,
+    SEGMENTS,
+    SEGMENT_NUMBER,
+    SEGMENT_LABEL,
     SEGMENT_IDENTIFICATION,
     REFERENCED_SEGMENT,
+    SEGMENT_COLOUR,
     GRID_FRAME_OFFSETS,
     DOSE_SCALING,
     SHARED_GROUPS,

@@ -172,7 +172,7 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<MeshFormat, Problem> {
 }
 
 /// What the triangles of a file do not make.
-fn no_mesh(error: MeshError) -> Problem {
+pub(super) fn no_mesh(error: MeshError) -> Problem {
     let text = error.to_string();
     // It says what was expected, found and to be tried, as a mismatch does.
     let (expected, rest) = text.split_once(", found ").unwrap_or((&text, ""));

@@ -54,6 +54,8 @@ const KNOWN: [&str; 37] = [
 #[derive(Debug, Default)]
 pub(super) struct Header {
     fields: BTreeMap<String, String>,
+    /// Key/value pairs: metadata that no lattice depends on.
+    pairs: BTreeMap<String, String>,
     /// File names that follow `data file: LIST`.
     pub(super) listed_files: Vec<String>,
     /// Bytes up to and including the blank line.
@@ -95,8 +97,8 @@ impl Header {
                     "correct the line",
                 ));
             };
-            if value.starts_with('=') {
-                // A key/value pair: metadata that no lattice depends on.
+            if let Some(value) = value.strip_prefix('=') {
+                parsed.pairs.insert(key.trim().to_owned(), value.trim().to_owned());
                 continue;
             }
             let key: String = key.to_lowercase().chars().filter(|c| !c.is_whitespace()).collect();
@@ -148,6 +150,11 @@ impl Header {
     /// The value of a field by its name without spaces, lower case.
     pub(super) fn get(&self, name: &str) -> Option<&str> {
         self.fields.get(name).map(String::as_str)
+    }
+
+    /// The value of a key of metadata.
+    pub(super) fn pair(&self, key: &str) -> Option<&str> {
+        self.pairs.get(key).map(String::as_str)
     }
 
     /// # Errors

@@ -17,9 +17,9 @@ use super::bytes::{self, DEFLATE_MOST, Endian, Inflate, Progress};
 use super::error::{Problem, header, quoted, unsupported};
 use super::files::{self, Part};
 use super::{Format, Opened};
-use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::volume::{Grid, Lattice, Samples, ScalarType, length_unit};
+use crate::core::{Srgb8, memory};
+use crate::volume::{Grid, LabelName, Lattice, Samples, ScalarType, length_unit};
 
 /// How the samples are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,8 +62,37 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     warnings.extend(axes::several(&fields, "along an axis that is not space"));
     let space = header.get("space").map(str::to_owned);
     let unit = unit(&header, &axes.roles, space.as_deref());
-    let grid = Grid { space, unit, ..Grid::of(lattice, fields) };
+    let label_names = segments(&header);
+    let grid = Grid { space, unit, label_names, ..Grid::of(lattice, fields) };
     Ok(Opened::of(grid, Format::Nrrd, warnings))
+}
+
+/// What the values of a segmentation stand for, as 3D Slicer writes it (`Segment0_Name`, …).
+fn segments(header: &Header) -> Vec<LabelName> {
+    let named = |number: usize| {
+        let pair = |key: &str| header.pair(&format!("Segment{number}_{key}"));
+        let whole = |key: &str| pair(key).and_then(|text| text.parse::<i64>().ok());
+        let colour = |text: &str| {
+            let shares: Vec<f64> =
+                text.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+            let shares: [f64; 3] = shares.try_into().ok()?;
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "within 0..=255"
+            )]
+            Some(Srgb8(shares.map(|share| (share.clamp(0.0, 1.0) * 255.0).round() as u8)))
+        };
+        let name = pair("Name").or_else(|| pair("ID"))?.to_owned();
+        Some(LabelName {
+            component: whole("Layer").and_then(|layer| usize::try_from(layer).ok()).unwrap_or(0),
+            // Older files number segments from 1 and do not say so.
+            value: whole("LabelValue").unwrap_or(number as i64 + 1),
+            name,
+            colour: pair("Color").and_then(colour),
+        })
+    };
+    (0..).map_while(named).collect()
 }
 
 fn sizes(header: &Header) -> Result<Vec<usize>, Problem> {
