@@ -7,8 +7,11 @@ use crate::core::progress::{Cancelled, Ticket};
 
 /// The label of what belongs to nothing.
 pub const NOTHING: u16 = 0;
-/// How often every corner moves toward the middle of its neighbours.
-const TURNS: u64 = 24;
+/// How far every corner moves toward the middle of its neighbours, turn by turn, parts of the way: back and forth, so that
+/// stairs go and the whole does not shrink (G. Taubin, SIGGRAPH 1995).
+const STEPS: [f64; 2] = [0.5, -0.53];
+/// How often it does both.
+const TURNS: u64 = 15;
 /// How far along each axis a corner may move from the middle of its cell, steps of the lattice: no sample lies on a surface,
 /// and each on its own side.
 const REACH: f64 = 0.45;
@@ -91,29 +94,37 @@ impl Nets {
         Ok(tracing.nets)
     }
 
-    /// Pulls the corners toward their neighbours.
+    /// Smooths the borders by their corners.
     fn relax(&mut self, ticket: &Ticket) -> Result<(), Cancelled> {
         let middles = self.corners.clone();
         let mut sums = vec![(DVec3::ZERO, 0.0); middles.len()];
         for turn in 0..TURNS {
             ticket.checkpoint(turn, TURNS)?;
-            sums.fill((DVec3::ZERO, 0.0));
-            for face in &self.faces {
-                for side in 0..4 {
-                    let [a, b] =
-                        [face.corners[side] as usize, face.corners[(side + 1) % 4] as usize];
-                    for (at, neighbour) in [(a, b), (b, a)] {
-                        sums[at].0 += self.corners[neighbour];
-                        sums[at].1 += 1.0;
-                    }
+            for step in STEPS {
+                self.sum_neighbours(&mut sums);
+                let corners = self.corners.iter_mut().zip(&sums).zip(&middles);
+                for ((corner, (sum, count)), middle) in corners {
+                    let moved = *corner + (*sum / *count - *corner) * step;
+                    *corner = moved.clamp(*middle - REACH, *middle + REACH);
                 }
-            }
-            for ((corner, (sum, count)), middle) in self.corners.iter_mut().zip(&sums).zip(&middles)
-            {
-                *corner = (*sum / *count).clamp(*middle - REACH, *middle + REACH);
             }
         }
         Ok(())
+    }
+
+    /// Of each corner the sum of those at the other ends of its faces' sides, and their number.
+    fn sum_neighbours(&self, sums: &mut [(DVec3, f64)]) {
+        sums.fill((DVec3::ZERO, 0.0));
+        for face in &self.faces {
+            let corners = face.corners.map(|corner| corner as usize);
+            for side in 0..4 {
+                let (a, b) = (corners[side], corners[(side + 1) % 4]);
+                for (at, neighbour) in [(a, b), (b, a)] {
+                    sums[at].0 += self.corners[neighbour];
+                    sums[at].1 += 1.0;
+                }
+            }
+        }
     }
 
     /// The closed surface of each label but [`NOTHING`], by its number; without triangles where no sample has it.
@@ -188,7 +199,7 @@ impl<'a> Tracing<'a> {
             for x in 0..=nx {
                 let at = y * row + x;
                 let label = self.label([x, y, z]);
-                let [before, here] = &self.planes;
+                let [before, here] = self.planes.each_ref();
                 // Between this sample, in the plane of samples before these cells, and the next along x and y.
                 let along_x = (z > 0 && y > 0).then(|| {
                     ([x + 1, y, z], [before[at - row], before[at], here[at], here[at - row]])
@@ -199,12 +210,12 @@ impl<'a> Tracing<'a> {
                 let along_z = (x > 0 && y > 0).then(|| {
                     ([x, y, z + 1], [here[at - row - 1], here[at - row], here[at], here[at - 1]])
                 });
-                let faces = [along_x, along_y, along_z].into_iter().flatten();
-                let faces = faces.map(|(next, corners)| (self.label(next), corners));
-                let faces = faces.filter(|(next, _)| *next != label);
-                self.nets
-                    .faces
-                    .extend(faces.map(|(next, corners)| Face { corners, labels: [label, next] }));
+                for (next, corners) in [along_x, along_y, along_z].into_iter().flatten() {
+                    let labels = [label, self.label(next)];
+                    if labels[0] != labels[1] {
+                        self.nets.faces.push(Face { corners, labels });
+                    }
+                }
             }
         }
     }
@@ -294,9 +305,10 @@ mod tests {
         let radius: f64 = 7.3;
         let found = (area(&surfaces[1]), volume(&surfaces[1]));
         let expected = (4.0 * PI * radius.powi(2), 4.0 / 3.0 * PI * radius.powi(3));
-        // Measured: area 0.2 % below, volume 1.2 % below. The stairs of the samples have 1.5 times the area.
-        assert!((found.0 / expected.0 - 1.0).abs() < 0.02, "{found:?} {expected:?}");
-        assert!((found.1 / expected.1 - 1.0).abs() < 0.025, "{found:?} {expected:?}");
+        // Measured: 2.5 % and 0.6 % more. The stairs of the samples have 1.5 times the area; without the way back the volume
+        // is 13 % less.
+        assert!((found.0 / expected.0 - 1.0).abs() < 0.035, "{found:?} {expected:?}");
+        assert!((found.1 / expected.1 - 1.0).abs() < 0.015, "{found:?} {expected:?}");
     }
 
     #[test]
