@@ -258,7 +258,9 @@ fn pictured_ui<T: Copy + PartialEq, W: Into<String>>(
     let of_now = |painter: &Painter, rect| paint(painter, rect, now);
     pictures::explained_row_ui(ui, row, (help, of_now), |ui| {
         let mut chosen = None;
-        let combo = ComboBox::from_id_salt(row).selected_text(words(now).0.into());
+        // All entries at once: who does not see one does not look for it.
+        let combo = ComboBox::from_id_salt(row).height(420.0);
+        let combo = combo.selected_text(words(now).0.into());
         let shown = combo.show_ui(ui, |ui| {
             for &one in all {
                 let entry = ui.selectable_label(one == now, words(one).0.into());
