@@ -9,6 +9,7 @@ use super::actions::Action;
 use super::dialogs::named_file::{NamedFileDialog, Purpose};
 use super::document::Source;
 use super::job::{Ended, Job};
+use super::polygons::Surfaces;
 use super::saving::{self, Written};
 use super::window::{Dialog, Window};
 use super::words;
