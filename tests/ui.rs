@@ -603,7 +603,7 @@ fn what_is_rarely_needed_is_closed_at_first_and_sections_stay_as_they_were_left(
     bench.open("good.nrrd");
     bench.settle();
     assert!(bench.shows("Splats") && !bench.shows("Reconstruction"), "closed at first");
-    assert!(bench.shows("Polygons") && !bench.shows("Add polygons…"), "closed at first");
+    assert!(bench.shows("Polygons and labels") && !bench.shows("Add polygons…"), "closed at first");
     assert!(bench.shows("Data") && bench.shows("Dimensions"), "open at first");
     for title in ["Splats", "Data"] {
         bench.harness.get_by_label(title).click();

@@ -190,9 +190,9 @@ fn about(effect: Effect) -> About {
         ),
         Effect::Polygons => (
             "Polygons",
-            "Triangles of files, lit, among all else that is seen",
-            "Polygons",
-            "Polygons in the side panel",
+            "Triangles of files and surfaces of labels, lit, among all else that is seen",
+            "Polygons and labels",
+            "Polygons and labels in the side panel",
         ),
     };
     About { name, help, place, hint }

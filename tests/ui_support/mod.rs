@@ -570,7 +570,8 @@ impl Bench {
 
     fn new(chosen: Option<PathBuf>, painted: Option<(f32, Painter)>) -> Self {
         // What is closed at first is opened for the hand.
-        let sections = ["Polygons", "Splats"].map(|title| (title.to_owned(), true)).into();
+        let sections =
+            ["Polygons and labels", "Splats"].map(|title| (title.to_owned(), true)).into();
         // Pictures of the window are compared with the engine's own: nothing is said over them.
         let knows_drag = painted.is_some();
         Self::made(chosen, painted, Settings { sections, knows_drag, ..Settings::default() })
