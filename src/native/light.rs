@@ -105,9 +105,24 @@ impl Light {
     }
 
     /// The looks of slabs, or samples, whose middles are `t` pixels deep, of coordinate `u` on a scale of values and
-    /// growth `g` of the value there. `eye` is a unit vector towards the eye, in the world.
-    #[inline(always)]
+    /// growth `g` of the value there. `eye` is a unit vector towards the eye, in the world. Not inlined: it would be
+    /// compiled into every loop, and takes much longer than a call.
+    #[inline(never)]
     pub(super) fn shaded<S: Simd>(
+        &self,
+        simd: S,
+        eye: (Vec3<S>, ValueScale),
+        found: Halves<S>,
+        place: (Lanes<S>, Option<Vec3<S>>, Lanes<S>),
+    ) -> Halves<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || self.shaded_here(simd, eye, found, place),
+        )
+    }
+
+    #[inline(always)]
+    fn shaded_here<S: Simd>(
         &self,
         simd: S,
         (eye, scale): (Vec3<S>, ValueScale),

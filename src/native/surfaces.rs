@@ -121,9 +121,23 @@ impl Surfaces {
         self.cut_faces || !self.slices.is_empty()
     }
 
-    /// Cut faces and slices on the way of eight rays.
-    #[inline(always)]
+    /// Cut faces and slices on the way of eight rays. Not inlined: it would be compiled into every loop.
+    #[inline(never)]
     pub(super) fn ahead<S: Simd>(
+        &self,
+        simd: S,
+        field: (&Lattice, Method, &Table),
+        seen: (&Rays, &Packet<S>),
+        ahead: &mut Ahead<'_, S>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.ahead_here(simd, field, seen, ahead),
+        );
+    }
+
+    #[inline(always)]
+    fn ahead_here<S: Simd>(
         &self,
         simd: S,
         (lattice, method, table): (&Lattice, Method, &Table),
@@ -185,9 +199,25 @@ impl Surfaces {
     }
 
     /// Notes the levels that the field passes between two depths at which it has these cells. What passes one twice
-    /// between them is not met; more slabs meet it. Whether any is met.
-    #[inline(always)]
+    /// between them is not met; more slabs meet it. Whether any is met. Not inlined: it would be compiled into every loop.
+    #[inline(never)]
     pub(super) fn meet_levels<S: Simd>(
+        &self,
+        simd: S,
+        field: (&Lattice, Method, &Table, &Light),
+        seen: (&Rays, &Packet<S>),
+        ends: ([Lanes<S>; 2], [Lanes<S>; 2]),
+        is_slab: Mask<S>,
+        ahead: &mut Ahead<'_, S>,
+    ) -> bool {
+        simd.vectorize(
+            #[inline(always)]
+            || self.meet_levels_here(simd, field, seen, ends, is_slab, ahead),
+        )
+    }
+
+    #[inline(always)]
+    fn meet_levels_here<S: Simd>(
         &self,
         simd: S,
         (lattice, method, table, light): (&Lattice, Method, &Table, &Light),

@@ -399,9 +399,25 @@ impl Scene<'_> {
         }
     }
 
-    /// Slabs of which the value in the middle counts.
-    #[inline(always)]
+    /// Slabs of which the value in the middle counts. Not inlined: it would be compiled into every loop, and goes through a
+    /// whole run.
+    #[inline(never)]
     fn middles<S: Simd>(
+        &self,
+        simd: S,
+        field: (Method, &mut Option<OwnAlong<'_, S>>),
+        packet: &Packet<S>,
+        run: [i32; 2],
+        state: State<'_, '_, S>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.middles_here(simd, field, packet, run, state),
+        );
+    }
+
+    #[inline(always)]
+    fn middles_here<S: Simd>(
         &self,
         simd: S,
         (method, own): (Method, &mut Option<OwnAlong<'_, S>>),
@@ -471,9 +487,37 @@ impl Scene<'_> {
         found: Option<Halves<S>>,
         middle: bool,
     ) -> Option<Halves<S>> {
-        if !self.lattice.has_holes() {
-            return found;
+        match self.lattice.has_holes() {
+            true => self.without_holes(simd, packet, ts, found, middle),
+            false => found,
         }
+    }
+
+    /// The same of a lattice that has some. Not inlined: it would be compiled into every loop.
+    #[inline(never)]
+    fn without_holes<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        ts: [Lanes<S>; 2],
+        found: Option<Halves<S>>,
+        middle: bool,
+    ) -> Option<Halves<S>> {
+        simd.vectorize(
+            #[inline(always)]
+            || self.without_holes_here(simd, packet, ts, found, middle),
+        )
+    }
+
+    #[inline(always)]
+    fn without_holes_here<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        ts: [Lanes<S>; 2],
+        found: Option<Halves<S>>,
+        middle: bool,
+    ) -> Option<Halves<S>> {
         let holes = self.lattice.holes_at(simd, packet.at((ts[0] + ts[1]) * 0.5));
         if !any(holes) {
             return found;

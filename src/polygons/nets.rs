@@ -11,7 +11,7 @@ pub const NOTHING: u16 = 0;
 /// stairs go and the whole does not shrink (G. Taubin, SIGGRAPH 1995).
 const STEPS: [f64; 2] = [0.5, -0.53];
 /// How often it does both.
-const TURNS: u64 = 15;
+const TURNS: u64 = 30;
 /// How far along each axis a corner may move from the middle of its cell, steps of the lattice: no sample lies on a surface,
 /// and each on its own side.
 const REACH: f64 = 0.45;
