@@ -62,6 +62,26 @@ pub(super) enum Method {
     Cells,
 }
 
+/// A method that the compiler knows, so that a loop never holds the others, not even while it is compiled.
+pub(super) trait Finds {
+    const METHOD: Method;
+}
+
+/// A type for each method.
+pub(super) mod by {
+    use super::{Finds, Method};
+
+    macro_rules! known {
+        ($($name:ident),*) => { $(
+            pub(in crate::native) struct $name;
+            impl Finds for $name {
+                const METHOD: Method = Method::$name;
+            }
+        )* };
+    }
+    known!(BSpline, Linear, Other, Functions, Cells);
+}
+
 impl Method {
     /// Whether it is of no samples.
     #[inline(always)]

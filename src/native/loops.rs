@@ -4,7 +4,7 @@
 
 use fearless_simd::Level;
 
-use super::lattice::Method;
+use super::lattice::{Method, by};
 use super::passing::Alone;
 use super::splatted::Splatted;
 use super::walk::{Pixel, Plain, PlainCut, Rich, RichCut, Scene};
@@ -133,46 +133,46 @@ macro_rules! compiled {
 }
 
 compiled!(plain_bspline(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Plain>(simd, Method::BSpline, tile, out)
+    scene.tile::<_, Plain, by::BSpline>(simd, tile, out)
 });
 compiled!(rich_bspline(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Rich>(simd, Method::BSpline, tile, out)
+    scene.tile::<_, Rich, by::BSpline>(simd, tile, out)
 });
 compiled!(plain_linear(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Plain>(simd, Method::Linear, tile, out)
+    scene.tile::<_, Plain, by::Linear>(simd, tile, out)
 });
 compiled!(rich_linear(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Rich>(simd, Method::Linear, tile, out)
+    scene.tile::<_, Rich, by::Linear>(simd, tile, out)
 });
 compiled!(plain_other(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Plain>(simd, Method::Other, tile, out)
+    scene.tile::<_, Plain, by::Other>(simd, tile, out)
 });
 compiled!(rich_other(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Rich>(simd, Method::Other, tile, out)
+    scene.tile::<_, Rich, by::Other>(simd, tile, out)
 });
 compiled!(plain_functions(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Plain>(simd, Method::Functions, tile, out)
+    scene.tile::<_, Plain, by::Functions>(simd, tile, out)
 });
 compiled!(rich_functions(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Rich>(simd, Method::Functions, tile, out)
+    scene.tile::<_, Rich, by::Functions>(simd, tile, out)
 });
 compiled!(plain_cells(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Plain>(simd, Method::Cells, tile, out)
+    scene.tile::<_, Plain, by::Cells>(simd, tile, out)
 });
 compiled!(rich_cells(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, Rich>(simd, Method::Cells, tile, out)
+    scene.tile::<_, Rich, by::Cells>(simd, tile, out)
 });
 compiled!(wide plain_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, PlainCut>(simd, Method::BSpline, tile, out)
+    scene.tile::<_, PlainCut, by::BSpline>(simd, tile, out)
 });
 compiled!(wide rich_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, RichCut>(simd, Method::BSpline, tile, out)
+    scene.tile::<_, RichCut, by::BSpline>(simd, tile, out)
 });
 compiled!(wide plain_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, PlainCut>(simd, Method::Linear, tile, out)
+    scene.tile::<_, PlainCut, by::Linear>(simd, tile, out)
 });
 compiled!(wide rich_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
-    scene.tile::<_, RichCut>(simd, Method::Linear, tile, out)
+    scene.tile::<_, RichCut, by::Linear>(simd, tile, out)
 });
 compiled!(along_rays(what: &(&Scene<'_>, AlongRay)) => |simd, tile, out| {
     what.0.projected_tile(simd, what.0.lattice.method(), what.1, tile, out);

@@ -6,7 +6,7 @@ use super::along_solids::AlongSolids;
 use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
-use super::lattice::{Lattice, Method};
+use super::lattice::{Finds, Lattice, Method};
 use super::levels::{Faces, Levels, Next, SEGMENT, segments_of};
 use super::light::{self, Light};
 use super::masks::Masks;
@@ -102,10 +102,9 @@ impl Scene<'_> {
 
     /// Draws a tile; opacities that were over 1, and lowered to it.
     #[inline(always)]
-    pub(super) fn tile<S: Simd, W: Wants>(
+    pub(super) fn tile<S: Simd, W: Wants, F: Finds>(
         &self,
         simd: S,
-        method: Method,
         tile: usize,
         out: &mut [Pixel],
     ) -> u64 {
@@ -128,7 +127,7 @@ impl Scene<'_> {
                 let part = [i % side, i / side].map(|n| (n as f32 + 0.5) / side as f32);
                 let packet = self.rays.packet(simd, at, part);
                 let others = (kernels.as_mut(), fragments.as_ref().map(|f| (f, block)));
-                let light = self.walk::<S, W>(simd, method, (at, others), &packet, &mut capped);
+                let light = self.walk::<S, W, F>(simd, (at, others), &packet, &mut capped);
                 sum.colour = sum.colour.add(light.colour);
                 sum.weight += light.weight;
             }
@@ -138,14 +137,14 @@ impl Scene<'_> {
     }
 
     #[inline(always)]
-    fn walk<S: Simd, W: Wants>(
+    fn walk<S: Simd, W: Wants, F: Finds>(
         &self,
         simd: S,
-        method: Method,
         (at, (kernels, fragments)): ([u32; 2], Others<'_, '_, S>),
         packet: &Packet<S>,
         capped: &mut u64,
     ) -> Look<S> {
+        let method = F::METHOD;
         let has_triangles = W::MORE && fragments.is_some();
         // Kernels and triangles reach beyond the lattice.
         let reach_beyond = W::MORE && (kernels.is_some() || has_triangles);
@@ -220,7 +219,7 @@ impl Scene<'_> {
                 self.middles(simd, (method, &mut own), packet, run, state);
             } else {
                 let state = (&mut light, &mut ahead, &mut passing, &mut *capped);
-                self.slabs::<S, W>(simd, (method, &mut own), packet, run, state);
+                self.slabs::<S, W, F>(simd, &mut own, packet, run, state);
             }
             if !light.goes_on(simd, self.rule.stop_below) {
                 break;
@@ -240,15 +239,16 @@ impl Scene<'_> {
 
     /// Slabs between faces, of a run of them.
     #[inline(always)]
-    fn slabs<S: Simd, W: Wants>(
+    fn slabs<S: Simd, W: Wants, F: Finds>(
         &self,
         simd: S,
-        (method, own): (Method, &mut Option<OwnAlong<'_, S>>),
+        own: &mut Option<OwnAlong<'_, S>>,
         packet: &Packet<S>,
         [first, last]: [i32; 2],
         (light, ahead, passing, capped): State<'_, '_, S>,
     ) {
         let Self { rays, lattice, table, .. } = self;
+        let method = F::METHOD;
         let step = rays.step;
         let back = W::MORE && self.rule.back_to_front;
         // Faces in the order of compositing: one before the run, and one behind it, say how the field bends.
