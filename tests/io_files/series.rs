@@ -1,12 +1,14 @@
-//! Several DICOM series in one folder.
+//! Several DICOM series in one folder, and segmentations.
 
 use std::fs;
 use std::path::Path;
 
-use voxsplat::core::Ticket;
-use voxsplat::io::{OpenOptions, Opened, open};
+use glam::DVec3;
+use voxsplat::core::{Srgb8, Ticket};
+use voxsplat::io::{OpenOptions, Opened, labels, open};
+use voxsplat::scene::turn_between;
 
-use crate::write_dicom::Slice;
+use crate::write_dicom::{Slice, segmentation};
 
 /// A series of slices of 4 × 3 pixels, all of one value, in a folder.
 fn write(folder: &Path, number: u32, description: &str, slices: u32, value: u16) {
@@ -112,4 +114,29 @@ fn one_series_is_no_choice() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), 1, "Head", 3, 10);
     assert_eq!(listed(&read(folder.path(), None)), [""; 0]);
+}
+
+#[test]
+fn segments_are_labels_with_the_names_and_colours_that_the_file_gives() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("segmentation.dcm");
+    fs::write(&path, segmentation()).expect("written");
+    let opened = read(&path, None);
+    let grid = &opened.grid;
+    assert_eq!(grid.lattice.dims, [2, 1, 2]);
+    let found: Vec<f64> = (0..4).map(|i| grid.fields[0].samples.get(i)).collect();
+    assert_eq!(found, [1.0, 0.0, 7.0, 7.0]);
+    let [liver] = &grid.label_names[..] else { panic!("{:?}", grid.label_names) };
+    assert_eq!((liver.value, liver.name.as_str(), liver.component), (1, "Liver", 0));
+    let Some(Srgb8([r, g, b])) = liver.colour else { panic!("no colour") };
+    assert!(r >= 252 && g <= 3 && b <= 3, "{r} {g} {b}");
+    // As surfaces over a scan whose x and y point the other way.
+    let turn = |space: Option<&str>| turn_between(space, Some("right-anterior-superior"));
+    let laid = labels::open(&path, None, turn, &Ticket::new()).expect("labels");
+    let names: Vec<&str> = laid.labels.iter().map(|label| label.mesh.name()).collect();
+    assert_eq!(names, ["Liver", "Label 7"]);
+    let [low, high] = laid.labels[1].mesh.bounds();
+    // Half a sample beyond those at x of 0 and −1, y of 0 and z of 1.
+    let is_near = |found: DVec3, expected: [f64; 3]| (found - DVec3::from(expected)).length() < 0.6;
+    assert!(is_near(low, [-1.4, -0.4, 0.6]) && is_near(high, [0.4, 0.4, 1.4]), "{low} {high}");
 }
