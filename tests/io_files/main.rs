@@ -15,3 +15,4 @@ mod write;
 mod write_dicom;
 mod write_legacy;
 mod write_netcdf;
+mod write_segmentation;

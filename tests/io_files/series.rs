@@ -8,7 +8,8 @@ use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::io::{OpenOptions, Opened, labels, open};
 use voxsplat::scene::turn_between;
 
-use crate::write_dicom::{Slice, segmentation};
+use crate::write_dicom::Slice;
+use crate::write_segmentation::segmentation;
 
 /// A series of slices of 4 × 3 pixels, all of one value, in a folder.
 fn write(folder: &Path, number: u32, description: &str, slices: u32, value: u16) {
