@@ -15,7 +15,7 @@ use crate::core::counted;
 use crate::io::ReadError;
 use crate::io::labels::{self, OpenedLabels};
 use crate::io::mesh::{self, OpenedMesh};
-use crate::scene::{PolygonLayer, SampleSource, turn_between};
+use crate::scene::{BESIDE, PolygonLayer, SampleSource, turn_between};
 
 /// What a file's surfaces are of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,13 +136,8 @@ impl Window {
         for warning in warnings {
             self.notices.note(format!("{warning}: {name}"));
         }
-        let lattice = scene.lattice();
-        let middle = (low + high) / 2.0;
-        let reach = (high - low).length() / 2.0;
-        if (middle - lattice.centre()).length() > reach + lattice.bounding_radius() {
-            self.notices.note(format!(
-                "These surfaces lie beside the volume, whose world may have another origin or unit: {name}"
-            ));
+        if !scene.may_reach([low, high]) {
+            self.notices.note(format!("{BESIDE}: {name}"));
         }
     }
 }

@@ -23,7 +23,8 @@ pub struct PolygonFlags {
     pub mesh: Vec<MeshAt>,
 
     /// Show the labels of another volume (a segmentation: whole numbers, 0 is nothing) as a surface each, in the file's
-    /// colours or colours of their own, at their place in the patient or the world. May be given again
+    /// colours or colours of their own, at their place in the patient or the world. Where the volume hides them,
+    /// lower its opacity (--opacity) or clip it. May be given again
     #[arg(long, value_name = "FILE[,opacity=A]", value_parser = labels_at)]
     pub labels: Vec<MeshAt>,
 }

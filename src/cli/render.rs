@@ -14,8 +14,8 @@ use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    Background, Classify, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource,
-    Scene, SplatSettings, View, Visibility,
+    BESIDE, Background, Classify, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer,
+    SampleSource, Scene, SplatSettings, View, Visibility,
 };
 use crate::task::engine::{Engine, EngineChoice};
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
@@ -353,6 +353,7 @@ pub(super) fn with_layers(
     if let Some(vectors) = vectors {
         vectors.add_to(&mut scene);
     }
+    tell_of_those_beside(&scene, &polygons);
     for (source, layer) in polygons {
         scene.add(source, layer);
     }
@@ -361,6 +362,17 @@ pub(super) fn with_layers(
     match refusal {
         Some(refusal) => Err(Failure::Usage(refusal.to_string())),
         None => Ok(scene),
+    }
+}
+
+/// Notes the files whose surfaces lie beside the volume, all of a file's together.
+fn tell_of_those_beside(scene: &Scene, polygons: &[(SampleSource, PolygonLayer)]) {
+    for of_file in polygons.chunk_by(|(a, _), (b, _)| a.path == b.path) {
+        let boxes = of_file.iter().map(|(_, layer)| layer.mesh.bounds());
+        let whole = boxes.reduce(|[low, high], [from, to]| [low.min(from), high.max(to)]);
+        if whole.is_some_and(|whole| !scene.may_reach(whole)) {
+            note(&format!("{BESIDE}: {}", of_file[0].0.path.display()));
+        }
     }
 }
 

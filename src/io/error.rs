@@ -148,6 +148,13 @@ pub(super) fn quoted(text: &str) -> String {
     format!("{:?}{ellipsis}", String::from_iter(short))
 }
 
+/// The same without its quotes: a name in a list.
+pub(super) fn plain(text: &str) -> String {
+    let quoted = quoted(text);
+    let (name, ellipsis) = quoted.rsplit_once('"').unwrap_or((&quoted, ""));
+    format!("{}{ellipsis}", name.trim_start_matches('"'))
+}
+
 /// Whether a character stands in a message as itself, or as the escape of a blank or a quote.
 fn is_readable(c: char) -> bool {
     c != char::REPLACEMENT_CHARACTER && (c >= ' ' || "\n\r\t".contains(c)) && {

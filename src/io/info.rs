@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::cells_info::CellsInfo;
+use super::error::plain;
 use super::{Facts, Opened, Series};
 use crate::core::Srgb8;
 use crate::core::progress::{Cancelled, Ticket};
@@ -299,7 +300,7 @@ impl fmt::Display for Info {
                 f,
                 "{:<11}{}: {} × {} per {}, {} to {}, mean {}{length}",
                 if field.is_vectors { "vectors" } else { "field" },
-                field.name,
+                plain(&field.name),
                 field.components,
                 field.scalar_type,
                 field.association,

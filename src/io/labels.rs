@@ -16,6 +16,8 @@ use crate::with_samples;
 
 /// More things than this are measurements.
 const MOST_LABELS: usize = 255;
+/// More borders than this are noise, and take minutes: those of a dissected frog of 32 million samples are a tenth.
+const MOST_FACES: u64 = 10_000_000;
 /// What becomes of a border between two samples: its face, its triangles on both sides, and its part of the corners.
 const BYTES_PER_FACE: u64 = 220;
 
@@ -76,6 +78,13 @@ fn surfaces(
         ));
     }
     let field = grid.field(None)?;
+    if field.components > 1 && grid.label_names.is_empty() {
+        return Err(unsupported(
+            "one label a sample, or layers of them whose segments have names",
+            format!("{} numbers a sample", field.components),
+            "choose the file of a segmentation",
+        ));
+    }
     let layers = u32::try_from(field.components).unwrap_or(u32::MAX);
     let mut all = Vec::new();
     for component in 0..field.components {
@@ -101,6 +110,13 @@ fn layer(
     require("the labels of the volume", 2 * lattice.len() as u64, free_bytes)?;
     let (values, numbers) = numbered(field, component)?;
     let faces = Nets::faces_of(lattice.dims, &numbers);
+    if faces > MOST_FACES {
+        return Err(unsupported(
+            format!("labels with a border between {MOST_FACES} pairs of samples at most"),
+            faces.to_string(),
+            "smooth them, or choose a file that is no noise",
+        ));
+    }
     require("the surfaces of the labels", faces.saturating_mul(BYTES_PER_FACE), free_bytes)?;
     let nets = Nets::of(lattice.dims, &numbers, ticket)?;
     let surfaces = nets.surfaces(values.len() + 1).into_iter().skip(1);

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings};
 use crate::kernel::Kernel;
 use crate::transfer::{ColourMap, ColourSource, Kind, TransferFunction, presets};
-use crate::volume::ScalarVolume;
+use crate::volume::{Lattice, ScalarVolume};
 
 /// A first look.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +37,8 @@ const LEAST_NOISELESS_SHARPNESS: f64 = 0.16;
 /// Slices so many times as thick as the pixels in them are wide are thick: a spline through their samples swings
 /// between them, and faces that cross them get terraces.
 const THICK: f64 = 3.0;
+/// A volume that is thinner than this share of its next side is seen onto its slices.
+const THIN: f64 = 0.12;
 
 impl Lighting {
     /// The light of a first look: as bright as no light where faces look at it, and darker at their edges, but never
@@ -121,11 +123,30 @@ impl FirstLook {
         let view = match is_of_names {
             // Names have faces on all sides, and often no more than a few slices.
             true => NamedView::Isometric,
-            false => Orientation::of(space).first_view(),
+            false => first_view(&volume.lattice, Orientation::of(space)),
         };
         let lighting = is_lit.then(Lighting::first_look);
         Self { transfer, lighting, splat, view }
     }
+}
+
+/// From where a volume is seen first: a few slices from the side that shows them, and of patients from the feet, as
+/// radiologists look; all else by its space.
+fn first_view(lattice: &Lattice, orientation: Orientation) -> NamedView {
+    let axes = lattice.axes();
+    let mut ways = [axes.x_axis, axes.y_axis, axes.z_axis];
+    for (way, n) in ways.iter_mut().zip(lattice.dims) {
+        *way *= n as f64;
+    }
+    ways.sort_by(|a, b| a.length().total_cmp(&b.length()));
+    let [thin, wide, _] = ways;
+    if thin.length() > THIN * wide.length() {
+        return orientation.first_view();
+    }
+    let onto = if orientation.right.is_some() { NamedView::Bottom } else { NamedView::Top };
+    let along = |view: NamedView| view.direction_and_up(orientation).0.dot(thin).abs();
+    let views = [NamedView::Front, NamedView::Right, onto].into_iter();
+    views.max_by(|a, b| along(*a).total_cmp(&along(*b))).unwrap_or(onto)
 }
 
 /// What gradients are like where opacities change.
@@ -211,7 +232,7 @@ impl Faces {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::{Lattice, Samples};
+    use crate::volume::Samples;
 
     const SIDE: usize = 40;
 
@@ -236,6 +257,23 @@ mod tests {
     /// A ball whose face is two samples wide.
     fn ball(at: DVec3, _noise: f64) -> f64 {
         ((0.6 - at.length()) * 10.0 + 0.5).clamp(0.0, 1.0)
+    }
+
+    #[test]
+    fn a_few_slices_are_seen_onto_and_of_patients_from_the_feet() {
+        let view = |dims: [usize; 3], space: Option<&str>| {
+            let lattice = Lattice::unit(dims);
+            first_view(&lattice, Orientation::of(space))
+        };
+        let patient = Some("left-posterior-superior");
+        assert_eq!(view([128, 128, 1], patient), NamedView::Bottom);
+        assert_eq!(view([128, 128, 1], None), NamedView::Top);
+        assert_eq!(view([128, 3, 100], patient), NamedView::Front);
+        assert_eq!(view([2, 128, 100], None), NamedView::Right);
+        assert_eq!(view([128, 128, 20], patient), NamedView::Front);
+        assert_eq!(view([128, 128, 20], None), NamedView::Isometric);
+        // A rod has no side that it is seen onto.
+        assert_eq!(view([128, 1, 1], None), NamedView::Isometric);
     }
 
     #[test]

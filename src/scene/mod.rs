@@ -38,7 +38,7 @@ pub use mode::{
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
     Reconstruction, SplatSettings, Visibility,
 };
-pub use polygons::{POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};
+pub use polygons::{BESIDE, POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};
 pub use refusals::{Ground, Refusal};
 pub use saved::{SAVED_VERSION, SavedError};
 pub use shading::{

@@ -2,15 +2,20 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Look, Sampled};
+use super::{Look, Sampled, Scene};
 use crate::core::Srgb8;
 use crate::polygons::Mesh;
 use crate::transfer::colour_of_label;
 
 /// What polygons look like that say nothing of it.
 pub const POLYGON_COLOUR: Srgb8 = Srgb8([225, 225, 225]);
+
+/// What to say of surfaces that a volume does not reach ([`Scene::may_reach`]).
+pub const BESIDE: &str =
+    "these surfaces lie beside the volume, whose world may have another origin or unit";
 
 /// What polygons look like: lit from both sides, before and behind matter, vectors and other polygons.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -43,6 +48,15 @@ pub enum PolygonError {
         /// The offending number.
         found: f64,
     },
+}
+
+impl Scene {
+    /// Whether the sphere about a box, low and high corner, world, meets that about the volume.
+    pub fn may_reach(&self, [low, high]: [DVec3; 2]) -> bool {
+        let lattice = self.lattice();
+        let between = ((low + high) / 2.0 - lattice.centre()).length();
+        between <= (high - low).length() / 2.0 + lattice.bounding_radius()
+    }
 }
 
 impl PolygonLook {

@@ -96,6 +96,12 @@ fn labels_of_another_file_are_surfaces_of_their_names_and_colours() {
     fs::write(&measured, text).expect("written");
     let refused = of(&["--labels", measured.to_str().expect("UTF-8")]).unwrap_err();
     assert!(refused.contains("expected labels, which are at most 255") && refused.contains("0.5"));
+    let colours = folder.path().join("colours.nrrd");
+    let text = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 2 1 1\nkinds: RGB-color domain domain domain\n\
+                encoding: ascii\n\n1 2 3 4 5 6\n";
+    fs::write(&colours, text).expect("written");
+    let refused = of(&["--labels", colours.to_str().expect("UTF-8")]).unwrap_err();
+    assert!(refused.contains("found 3 numbers a sample"), "{refused}");
     let refused = of(&["--labels", labels, "--backend", "raster"]).unwrap_err();
     assert!(refused.contains("with --labels, found --backend raster"), "{refused}");
     // The picture is not written over the labels, whatever they are called.
@@ -104,6 +110,19 @@ fn labels_of_another_file_are_surfaces_of_their_names_and_colours() {
     let named = named.to_str().expect("UTF-8");
     let said = errors(&voxsplat(&["render", DEMO, "--labels", named, "-o", named]));
     assert!(said.contains("--labels"), "{said}");
+    let far = folder.path().join("far.nrrd");
+    let text = String::from_utf8_lossy(&segmentation("LPS")).replace("(-1,-1,-1)", "(500,0,0)");
+    fs::write(&far, text).expect("written");
+    let picture = folder.path().join("far.png");
+    let (far, picture) = (far.to_str().expect("UTF-8"), picture.to_str().expect("UTF-8"));
+    let small = ["render", DEMO, "--resolution", "16,12", "--engine", "native", "-o", picture];
+    let said = errors(&voxsplat(&[&small[..], &["--labels", far]].concat()));
+    assert!(
+        said.contains("these surfaces lie beside the volume") && said.contains("far.nrrd"),
+        "{said}"
+    );
+    let said = errors(&voxsplat(&[&small[..], &["--labels", labels]].concat()));
+    assert!(!said.contains("beside the volume"), "{said}");
     if !can_draw() {
         return;
     }

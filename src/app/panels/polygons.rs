@@ -9,7 +9,7 @@ use super::row_ui;
 use crate::app::actions::{Action, entry_of};
 use crate::app::theme;
 use crate::core::Srgb8;
-use crate::scene::{Effect, Layer, Look, POLYGON_COLOUR, Sampled, Scene};
+use crate::scene::{Effect, Layer, Look, POLYGON_COLOUR, SampleSource, Sampled, Scene};
 
 /// How high the list of a file's labels grows before it scrolls, points.
 const MOST_LABELS_HEIGHT: f32 = 220.0;
@@ -26,7 +26,7 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> Option<Action> {
     let mut meshes = 0;
     for of_file in files {
         let first = of_file.start;
-        let is_removed = if of_file.len() == 1 {
+        let is_removed = if is_of_polygons(&scene.layers[of_file.clone()]) {
             meshes += 1;
             let about = scene.store.get(&scene.layers[first].source).map(Sampled::about);
             let layer = (about.unwrap_or_default(), &mut scene.layers[first]);
@@ -52,6 +52,12 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> Option<Action> {
         }
     });
     asked
+}
+
+/// Whether they are the triangles of a file, called as it is, or made here, rather than surfaces of labels.
+fn is_of_polygons(layers: &[Layer]) -> bool {
+    let SampleSource { path, field, .. } = &layers[0].source;
+    layers.len() == 1 && path.file_name().is_none_or(|name| name.to_string_lossy() == *field)
 }
 
 /// The surfaces of each file, which lie side by side.

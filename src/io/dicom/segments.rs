@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::super::error::plain;
 use super::dataset::Dataset;
 use super::tags;
 use crate::core::{LinearRgb, Srgb8};
@@ -13,7 +14,7 @@ pub(super) fn named(dataset: &Dataset) -> Vec<LabelName> {
         Some(LabelName {
             component: 0,
             value: i64::from(item.short(tags::SEGMENT_NUMBER)?),
-            name: item.text(tags::SEGMENT_LABEL)?,
+            name: plain(&item.text(tags::SEGMENT_LABEL)?),
             colour: item.shorts(tags::SEGMENT_COLOUR).map(colour),
         })
     };

@@ -14,7 +14,7 @@ use glam::DVec3;
 use self::header::{Header, wrong_count};
 use super::axes::{self, Axes, Role};
 use super::bytes::{self, DEFLATE_MOST, Endian, Inflate, Progress};
-use super::error::{Problem, header, quoted, unsupported};
+use super::error::{Problem, header, plain, quoted, unsupported};
 use super::files::{self, Part};
 use super::{Format, Opened};
 use crate::core::progress::Ticket;
@@ -76,14 +76,17 @@ fn segments(header: &Header) -> Vec<LabelName> {
             let shares: Vec<f64> =
                 text.split_whitespace().filter_map(|word| word.parse().ok()).collect();
             let shares: [f64; 3] = shares.try_into().ok()?;
+            if !shares.iter().all(|share| (0.0..=1.0).contains(share)) {
+                return None;
+            }
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
                 reason = "within 0..=255"
             )]
-            Some(Srgb8(shares.map(|share| (share.clamp(0.0, 1.0) * 255.0).round() as u8)))
+            Some(Srgb8(shares.map(|share| (share * 255.0).round() as u8)))
         };
-        let name = pair("Name").or_else(|| pair("ID"))?.to_owned();
+        let name = plain(pair("Name").or_else(|| pair("ID"))?);
         Some(LabelName {
             component: whole("Layer").and_then(|layer| usize::try_from(layer).ok()).unwrap_or(0),
             // Older files number segments from 1 and do not say so.
