@@ -123,6 +123,8 @@ impl FirstLook {
         let view = match is_of_names {
             // Names have faces on all sides, and often no more than a few slices.
             true => NamedView::Isometric,
+            // Cells and points lie in no slices.
+            false if is_of_cells => Orientation::of(space).first_view(),
             false => first_view(&volume.lattice, Orientation::of(space)),
         };
         let lighting = is_lit.then(Lighting::first_look);
