@@ -76,9 +76,7 @@ impl PolygonLayer {
         let look = PolygonLook { colour: None, opacity: 1.0, is_smooth: mesh.has_normals() };
         Self { mesh, look }
     }
-}
 
-impl PolygonLayer {
     /// The surface of a label as it is first seen: in the file's colour, or that of its number among the others.
     pub fn of_label(mesh: Arc<Mesh>, number: usize, colour: Option<Srgb8>) -> Self {
         let colour = Some(colour.unwrap_or_else(|| colour_of_label(number)));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::super::bytes::Endian;
-use super::super::error::{Problem, corrupt, quoted, truncated, unsupported};
+use super::super::error::{Problem, corrupt, plain, truncated, unsupported};
 use super::dataset::{Content, Dataset, Pixels};
 use super::{segments, tags};
 use crate::volume::{LabelName, ScalarType};
@@ -101,7 +101,7 @@ impl Slices {
     /// What its series is called, as people are told it, if anything.
     pub(super) fn described(&self) -> Option<String> {
         let description = self.description.as_str();
-        (!description.is_empty()).then(|| quoted(description).trim_matches('"').to_owned())
+        (!description.is_empty()).then(|| plain(description))
     }
 
     /// # Errors
