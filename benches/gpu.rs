@@ -1,28 +1,34 @@
 //! What pictures cost on the graphics adapter that is there: `benches/gpu.sh`, which says how to run it elsewhere.
 //!
 //! Volumes made in code, at two sizes of picture: from samples to the first picture, exact pictures, quick ones of a
-//! budget, lit ones, with vectors and with polygons. Of each the median of a few, turned by a degree each, and what its
-//! passes took by the device's clock. Writes Markdown, with the adapter's name.
+//! budget, in other modes and with effects, with vectors and with polygons. Of each the median of a few, turned by a degree
+//! each, what bringing the picture back takes, and what its passes took by the device's clock. Writes Markdown, with the
+//! adapter's name.
 //!
-//! Arguments: `--volumes 256,512,1024` (samples along an axis), `--pictures 1920x1080,3840x2160`, `--output FILE`.
+//! Arguments: `--volumes 256,512,1024` (samples along an axis), `--pictures 1920x1080,3840x2160`, `--output FILE`,
+//! `--only NAME` (rows that begin so).
 
 use std::fmt::Write as _;
 use std::sync::Arc;
 use std::time::Instant;
 
 use glam::DVec3;
-use voxsplat::core::{Srgb8, Ticket};
+use voxsplat::core::{LinearRgb, Srgb8, Ticket};
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
+use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
 use voxsplat::polygons::Shapes;
 use voxsplat::scene::{
-    self, PolygonLayer, SampleSource, Scene, ShadingPreset, VectorLayer, framing_camera,
+    self, AlongRay, Backend, Inside, Isosurface, PolygonLayer, SampleSource, Scene, ShadingPreset,
+    SplatSettings, VectorLayer, Visibility, framing_camera,
 };
 use voxsplat::task::draw::{DrawError, Drawer, Drawn, Rung};
 use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 /// Pictures of each kind, after two that compile and upload.
 const RUNS: usize = 7;
+/// Fewer where they have taken so long, milliseconds.
+const LONG_MS: f64 = 2000.0;
 /// Of a quick picture, milliseconds.
 const BUDGETS_MS: [f64; 2] = [8.0, 16.0];
 
@@ -32,14 +38,14 @@ fn main() {
     let adapter = context.adapter_name.clone();
     let mut report = format!(
         "# Graphics adapter: {adapter}\n\nBy `benches/gpu.sh`. Milliseconds: the median of {RUNS} pictures, each turned by a \
-         degree, from the request until the device is done; then what each pass took by the device's clock, summed over its \
+         degree, from the request until the device is done; what encoding it and copying it to the host takes; then what each pass took by the device's clock, summed over its \
          pieces.\n"
     );
     let mut drawer = Drawer::new(Renderer::new(context));
     for &side in &asked.volumes {
         let volume = shells(side);
         for &size in &asked.pictures {
-            let rows = rows(&mut drawer, &volume, size);
+            let rows = rows(&mut drawer, &volume, size, &asked.only);
             let [width, height] = size;
             write!(report, "\n## {side}³ at {width} × {height}\n\n{rows}").expect("a string");
             println!("{side}³ at {width} × {height}\n{rows}");
@@ -58,12 +64,13 @@ struct Asked {
     volumes: Vec<usize>,
     pictures: Vec<[u32; 2]>,
     output: Option<String>,
+    only: String,
 }
 
 impl Asked {
     fn of(mut args: impl Iterator<Item = String>) -> Self {
         let (volumes, pictures) = (vec![256, 512, 1024], vec![[1920, 1080], [3840, 2160]]);
-        let mut asked = Self { volumes, pictures, output: None };
+        let mut asked = Self { volumes, pictures, output: None, only: String::new() };
         while let Some(flag) = args.next() {
             let mut value = || args.next().expect("each flag has a value");
             let number = |text: &str| text.parse().expect("a number");
@@ -79,9 +86,12 @@ impl Asked {
                     asked.pictures = value().split(',').map(size).collect();
                 }
                 "--output" => asked.output = Some(value()),
+                "--only" => asked.only = value(),
                 // Cargo's own.
                 "--bench" => {}
-                other => panic!("expected --volumes, --pictures or --output, found {other}"),
+                other => {
+                    panic!("expected --volumes, --pictures, --output or --only, found {other}")
+                }
             }
         }
         asked
@@ -105,8 +115,8 @@ fn shells(side: usize) -> Arc<ScalarVolume> {
     Arc::new(volume.expect("sound"))
 }
 
-/// What is drawn of a volume, plain first.
-fn scenes(volume: &Arc<ScalarVolume>) -> Vec<(&'static str, Scene)> {
+/// What is drawn of a volume, plain first, and whether quick pictures are, too.
+fn scenes(volume: &Arc<ScalarVolume>) -> Vec<(&'static str, Scene, bool)> {
     let plain = scene::opening(SampleSource::default(), Arc::clone(volume), None);
     let lit = Scene { shading: ShadingPreset::Lights.shading(volume), ..plain.clone() };
     let lattice = volume.lattice;
@@ -127,19 +137,57 @@ fn scenes(volume: &Arc<ScalarVolume>) -> Vec<(&'static str, Scene)> {
     let winds = Arc::new(grid.vectors(field, &Ticket::new()).expect("vectors"));
     let mut vectors = Scene::seen_by(framing_camera(&grid.lattice, DVec3::Y, DVec3::Z));
     vectors = vectors.with(VectorLayer::new(winds));
-    vec![("plain", plain), ("lit", lit), ("with polygons", polygons), ("vectors of 64³", vectors)]
+    let in_mode = |splat: SplatSettings| Scene { splat, ..plain.clone() };
+    let inside = |inside: Inside| Scene { inside, ..plain.clone() };
+    let value = 0.5 * (volume.statistics.min + volume.statistics.max);
+    let surface = Isosurface { value, opacity: 0.8, colour: None };
+    let exact = SplatSettings::EXACT;
+    let samples = SplatSettings::SHADE_FIRST;
+    vec![
+        ("plain", plain.clone(), true),
+        ("lit", lit, true),
+        ("with polygons", polygons, true),
+        ("vectors of 64³", vectors, true),
+        ("linear", in_mode(SplatSettings { kernel: Kernel::Linear, ..exact }), false),
+        ("isosurface", inside(Inside { isosurfaces: vec![surface], ..Inside::default() }), false),
+        ("maximum", inside(Inside { along: AlongRay::Maximum, ..Inside::default() }), false),
+        (
+            "samples in slabs",
+            in_mode(SplatSettings {
+                visibility: Visibility::Slabs,
+                backend: Backend::Tiles,
+                ..samples
+            }),
+            false,
+        ),
+        (
+            "every sample, gathered",
+            in_mode(SplatSettings { backend: Backend::Tiles, ..samples }),
+            false,
+        ),
+        (
+            "every sample, triangles",
+            in_mode(SplatSettings { backend: Backend::Raster, ..samples }),
+            false,
+        ),
+    ]
 }
 
 /// The table of a volume and a size of picture.
-fn rows(drawer: &mut Drawer, volume: &Arc<ScalarVolume>, size: [u32; 2]) -> String {
-    let mut rows = String::from("| picture | ms | passes |\n|---|---|---|\n");
-    for (name, scene) in scenes(volume) {
-        let rungs = BUDGETS_MS.map(|budget_ms| Rung::Coarse { budget_ms });
-        for rung in std::iter::once(Rung::Full).chain(rungs) {
+fn rows(drawer: &mut Drawer, volume: &Arc<ScalarVolume>, size: [u32; 2], only: &str) -> String {
+    let mut rows = String::from("| picture | ms | brought back | passes |\n|---|---|---|---|\n");
+    for (name, scene, quickly) in scenes(volume) {
+        if !name.starts_with(only) {
+            continue;
+        }
+        let budgets = if quickly { &BUDGETS_MS[..] } else { &[] };
+        let quick = budgets.iter().map(|&budget_ms| Rung::Coarse { budget_ms });
+        for rung in std::iter::once(Rung::Full).chain(quick) {
             let row = match measure(drawer, &scene, size, rung) {
                 Ok(row) => row,
-                Err(error) => format!("| {name}, {} | – | {error} |\n", words(rung)),
+                Err(error) => format!("| NAME, {} | – | – | {error} |\n", words(rung)),
             };
+            eprint!("{}", row.replacen("NAME", name, 1));
             rows.push_str(&row.replacen("NAME", name, 1));
         }
     }
@@ -168,14 +216,25 @@ fn measure(
     drawer.draw(&plan_of(0), rung, &mut ())?;
     let first_ms = start.elapsed().as_secs_f64() * 1e3;
     drawer.draw(&plan_of(1), rung, &mut ())?;
-    let mut times = Vec::new();
+    let (mut times, mut back) = (Vec::new(), Vec::new());
     let mut drawn = Drawn::default();
+    let began = Instant::now();
     for turn in 2..2 + RUNS {
         let start = Instant::now();
         drawn = drawer.draw(&plan_of(turn), rung, &mut ())?;
         times.push(start.elapsed().as_secs_f64() * 1e3);
+        let start = Instant::now();
+        drawer.engines.gpu()?.present(Some(LinearRgb::default()))?;
+        back.push(start.elapsed().as_secs_f64() * 1e3);
+        if began.elapsed().as_secs_f64() * 1e3 > LONG_MS {
+            break;
+        }
     }
-    times.sort_by(f64::total_cmp);
+    let median = |times: &mut Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    };
+    let (drawn_ms, back_ms) = (median(&mut times), median(&mut back));
     drawer.engines.gpu()?.time_passes();
     drawer.draw(&plan_of(2 + RUNS), rung, &mut ())?;
     let passes: Vec<String> = drawer
@@ -192,5 +251,5 @@ fn measure(
         _ => format!("first {first_ms:.0} ms"),
     };
     let (kind, passes) = (words(rung), passes.join(", "));
-    Ok(format!("| NAME, {kind} ({what}) | {:.2} | {passes} |\n", times[RUNS / 2]))
+    Ok(format!("| NAME, {kind} ({what}) | {drawn_ms:.2} | {back_ms:.2} | {passes} |\n"))
 }
