@@ -23,6 +23,24 @@ pub(crate) struct Written {
     pub(crate) is_gzip: bool,
 }
 
+/// What `benches/peers/hdf5_files.py` wrote, where somebody ran it.
+const OF_HDF5: [(&str, &str); 5] = [
+    ("HDF5", "hdf5.h5"),
+    ("HDF5, chunks", "hdf5-chunks.h5"),
+    ("HDF5, chunks, gzip", "hdf5-gzip.h5"),
+    ("NetCDF-4", "netcdf4.nc"),
+    ("NetCDF-4, chunks, zlib", "netcdf4-zlib.nc"),
+];
+
+/// Files that lie in the folder already.
+pub(crate) fn of_hdf5(folder: &Path) -> Vec<Written> {
+    let file = |(name, file): &(&'static str, &str)| {
+        let opened = folder.join(file);
+        opened.exists().then_some(Written { name, opened, is_gzip: false })
+    };
+    OF_HDF5.iter().filter_map(file).collect()
+}
+
 type Writer = fn(&Path) -> io::Result<Written>;
 
 /// A writer for each format.

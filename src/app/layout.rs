@@ -16,8 +16,8 @@ use super::notices::text_and_button_ui;
 use super::panels::data::DataChoice;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    Sections, accuracy, clip, compare, data, encoding, inside, polygons, section_ui, shading,
-    splat, status, transfer, vectors, view,
+    POLYGONS, Sections, accuracy, clip, compare, data, encoding, inside, polygons, section_ui,
+    shading, splat, status, transfer, vectors, view,
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
@@ -271,7 +271,7 @@ impl Window {
         });
         section_ui(ui, sections, "Surfaces and slices", |ui| inside::inside_ui(ui, scene));
         let embeds =
-            section_ui(ui, sections, "Polygons and labels", |ui| polygons::polygons_ui(ui, scene));
+            section_ui(ui, sections, POLYGONS, |ui| polygons::polygons_ui(ui, scene));
         section_ui(ui, sections, "Clip", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             clip::clip_ui(ui, &mut self.clip, scene, second);

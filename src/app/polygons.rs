@@ -10,12 +10,14 @@ use super::dialogs::named_file::Purpose;
 use super::document::Source;
 use super::file_dialog::{Answer, FileDialog};
 use super::job::{Ended, Job};
+use super::panels::POLYGONS;
 use super::window::Window;
 use crate::core::counted;
 use crate::io::ReadError;
 use crate::io::labels::{self, OpenedLabels};
 use crate::io::mesh::{self, OpenedMesh};
-use crate::scene::{BESIDE, PolygonLayer, SampleSource, turn_between};
+use crate::scene::{BESIDE, PolygonLayer, SampleSource, place_over};
+use crate::volume::Lattice;
 
 /// What a file's surfaces are of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,12 +67,15 @@ impl Window {
             return;
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let space = self.document.as_ref().and_then(|document| document.grid.space.clone());
+        let grid = self.document.as_ref().map(|document| &document.grid);
+        let space = grid.and_then(|grid| grid.space.clone());
+        let lattice = grid.map_or_else(|| Lattice::unit([1; 3]), |grid| grid.lattice);
         let job = Job::start("surfaces", format!("Opening {name}"), ctx, move |ticket| match of {
             Surfaces::Polygons => mesh::open(&path, None, ticket).map(Embedded::Mesh),
             Surfaces::Labels => {
-                let turn = |theirs: Option<&str>| turn_between(theirs, space.as_deref());
-                labels::open(&path, None, turn, ticket).map(Embedded::Labels)
+                let over = (&lattice, space.as_deref());
+                let place = |theirs: &Lattice, space: Option<&str>| place_over((theirs, space), over);
+                labels::open(&path, None, place, ticket).map(Embedded::Labels)
             }
         });
         self.polygons.reading.push(job);
@@ -133,6 +138,8 @@ impl Window {
 
     fn tell_of_surfaces(&mut self, name: &str, warnings: &[String], [low, high]: [DVec3; 2]) {
         let Some(scene) = &self.scene else { return };
+        // What was added is in sight, unless somebody closed its section.
+        self.settings.sections.entry(POLYGONS.to_owned()).or_insert(true);
         for warning in warnings {
             self.notices.note(format!("{warning}: {name}"));
         }

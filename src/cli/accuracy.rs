@@ -67,7 +67,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     }
     let mut vectors = asked.layer(&input, &scene, true, false)?;
     let flow = flags.flow.layers(&mut vectors)?;
-    let mut polygons = flags.polygons.layers(input.grid.space.as_deref())?;
+    let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
     polygons.extend(flow);
     let scene = with_layers(scene, vectors, polygons)?;
     if !scene.shading.is_plain() {

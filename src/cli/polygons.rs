@@ -8,7 +8,8 @@ use clap::Args;
 use super::{Failure, note, values};
 use crate::core::{Srgb8, Ticket};
 use crate::io::{labels, mesh};
-use crate::scene::{PolygonLayer, PolygonLook, SampleSource, turn_between};
+use crate::scene::{PolygonLayer, PolygonLook, SampleSource, place_over};
+use crate::volume::Lattice;
 
 /// Polygons among what else is seen.
 #[derive(Debug, Args)]
@@ -58,18 +59,18 @@ impl PolygonFlags {
         meshes.chain(self.labels.iter().map(|asked| ("--labels", asked.path())))
     }
 
-    /// The files' polygons, in the world of a volume whose file calls its space so.
+    /// The files' polygons, in the world of a volume of this lattice, whose file calls its space so.
     ///
     /// # Errors
     /// A file that cannot be read.
     pub(super) fn layers(
         &self,
-        space: Option<&str>,
+        volume: (&Lattice, Option<&str>),
     ) -> Result<Vec<(SampleSource, PolygonLayer)>, Failure> {
         let mut layers = self.meshes()?;
         for asked in &self.labels {
-            let turn = |theirs: Option<&str>| turn_between(theirs, space);
-            let opened = labels::open(&asked.path, None, turn, &Ticket::new());
+            let place = |theirs: &Lattice, space: Option<&str>| place_over((theirs, space), volume);
+            let opened = labels::open(&asked.path, None, place, &Ticket::new());
             let opened = opened.map_err(Failure::failed)?;
             for warning in &opened.warnings {
                 note(&format!("{warning}: {}", asked.path.display()));
@@ -130,10 +131,22 @@ fn mesh_at(text: &str) -> Result<MeshAt, String> {
         }
         rest = before;
     }
+    if let Some(key) = unknown_key(rest) {
+        let key = values::found(key);
+        return Err(format!("expected color=, opacity= or shading= after the file's name, found {key}"));
+    }
     if rest.is_empty() {
         return Err(format!("expected the name of a file, found {}", values::found(text)));
     }
     Ok(MeshAt { path: PathBuf::from(rest), colour, opacity: opacity.unwrap_or(1.0), is_smooth })
+}
+
+/// What stands before "=" behind the last comma of a name that is none of a file.
+fn unknown_key(name: &str) -> Option<&str> {
+    let (before, last) = name.rsplit_once(',')?;
+    let (key, _) = last.split_once('=')?;
+    let is_word = !key.is_empty() && key.bytes().all(|byte| byte.is_ascii_alphabetic());
+    (is_word && !before.is_empty() && !Path::new(name).exists()).then_some(key)
 }
 
 /// A file's name, and after it how opaque the surfaces of its labels are.
@@ -161,8 +174,8 @@ mod tests {
 
     #[test]
     fn a_mesh_is_a_file_and_what_is_said_of_it() {
-        let plain = mesh_at("a,b=c.stl").unwrap();
-        assert_eq!(plain.path(), Path::new("a,b=c.stl"));
+        let plain = mesh_at("a,b-1=c.stl").unwrap();
+        assert_eq!(plain.path(), Path::new("a,b-1=c.stl"));
         assert_eq!((plain.colour, plain.opacity, plain.is_smooth), (None, 1.0, None));
         let said = mesh_at("x.ply,shading=flat,color=#ff8000,opacity=0.5").unwrap();
         let colour = Some(Srgb8([255, 128, 0]));
@@ -180,6 +193,8 @@ mod tests {
             "x,shading=gouraud",
             ",opacity=1",
             "x,opacity=1,opacity=1",
+            "x,colour=ff0000",
+            "x,colour=ff0000,opacity=1",
         ] {
             let refused = mesh_at(wrong).unwrap_err();
             assert!(refused.contains("expected") && refused.contains("found"), "{refused}");

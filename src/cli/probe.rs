@@ -91,7 +91,7 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
         None => own_vectors(&input)?,
         layer => layer,
     };
-    let polygons = flags.polygons.layers(input.grid.space.as_deref())?;
+    let polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
     // Vectors beside values that are projected are told all the same.
     let scene = with_layers(Scene { shading, inside, ..scene }, vectors, polygons)?;
     let names: Vec<String> =

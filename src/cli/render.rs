@@ -305,7 +305,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
             ));
         }
     }
-    let mut polygons = flags.polygons.layers(input.grid.space.as_deref())?;
+    let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
     polygons.extend(flow);
     if !polygons.is_empty() && flags.refine == Some(RefineFlag::Coarse) {
         return Err(Failure::Usage(

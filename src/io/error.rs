@@ -46,6 +46,12 @@ pub enum Problem {
     /// The system forbids reading it.
     #[error("expected a readable file, found that permission is denied; change its permissions")]
     Denied,
+    /// A name that leads to no file.
+    #[error("expected the name of a file, found {found}; give another name, or correct the link")]
+    NoName {
+        /// What it is instead.
+        found: &'static str,
+    },
     /// A folder, a pipe or a device.
     #[error("expected a file, found {found}; give one regular file")]
     NotAFile {
@@ -112,6 +118,14 @@ impl Problem {
             io::ErrorKind::NotFound => Self::NotFound,
             io::ErrorKind::PermissionDenied => Self::Denied,
             io::ErrorKind::IsADirectory => Self::NotAFile { found: "a folder".into() },
+            io::ErrorKind::NotADirectory => Self::NoName { found: "a file where a folder was to be" },
+            io::ErrorKind::InvalidFilename => Self::NoName { found: "one that is too long" },
+            io::ErrorKind::InvalidInput => Self::NoName { found: "one that the system forbids" },
+            // Not yet an `ErrorKind` of stable Rust.
+            #[cfg(unix)]
+            _ if error.raw_os_error() == Some(libc::ELOOP) => {
+                Self::NoName { found: "links that lead round in a circle" }
+            }
             _ => Self::Io(error),
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use glam::DMat3;
+use glam::DAffine3;
 
 use super::error::{Problem, ReadError, unsupported};
 use super::{OpenOptions, Opened};
@@ -11,7 +11,7 @@ use crate::core::Srgb8;
 use crate::core::memory::{self, require};
 use crate::core::progress::Ticket;
 use crate::polygons::{Mesh, NOTHING, Nets};
-use crate::volume::{Field, Grid, LabelName, Scalar, Shape};
+use crate::volume::{Field, Grid, LabelName, Lattice, Scalar, Shape};
 use crate::with_samples;
 
 /// More things than this are measurements.
@@ -43,33 +43,31 @@ pub struct OpenedLabels {
     pub warnings: Vec<String>,
 }
 
-/// Reads a volume of labels; 0 and NaN are nothing. `turn` tells how the world of a file whose space is called so is turned
-/// into the world that the surfaces are shown in; `memory_limit_bytes` of `None` is what the system says is free.
+/// Reads a volume of labels; 0 and NaN are nothing. `place` tells what takes the index of a sample of a lattice, in a space
+/// that is called so, to the world that the surfaces are shown in, and what is to be said of that; `memory_limit_bytes` of
+/// `None` is what the system says is free.
 ///
 /// # Errors
 /// What was expected, what was found and what to try, with the path last.
 pub fn open(
     path: &Path,
     memory_limit_bytes: Option<u64>,
-    turn: impl Fn(Option<&str>) -> DMat3,
+    place: impl Fn(&Lattice, Option<&str>) -> (DAffine3, Option<&'static str>),
     ticket: &Ticket,
 ) -> Result<OpenedLabels, ReadError> {
     let free_bytes = memory_limit_bytes.unwrap_or_else(memory::free_bytes);
     let options = OpenOptions { memory_limit_bytes: Some(free_bytes), ..OpenOptions::default() };
-    let opened = super::open(path, &options, &ticket.part(0, 2))?;
-    let turn = turn(opened.grid.space.as_deref());
-    let labels = surfaces(&opened, turn, free_bytes, &ticket.part(1, 2));
+    let Opened { grid, mut warnings, .. } = super::open(path, &options, &ticket.part(0, 2))?;
+    let labels = labelled_field(&grid).and_then(|field| {
+        let (place, said) = place(&grid.lattice_of(field), grid.space.as_deref());
+        warnings.extend(said.map(str::to_owned));
+        surfaces(&grid, field, place, free_bytes, &ticket.part(1, 2))
+    });
     let labels = labels.map_err(|problem| problem.at(path))?;
-    Ok(OpenedLabels { labels, path: path.to_owned(), warnings: opened.warnings })
+    Ok(OpenedLabels { labels, path: path.to_owned(), warnings })
 }
 
-fn surfaces(
-    opened: &Opened,
-    turn: DMat3,
-    free_bytes: u64,
-    ticket: &Ticket,
-) -> Result<Vec<Labelled>, Problem> {
-    let Opened { grid, .. } = opened;
+fn labelled_field(grid: &Grid) -> Result<&Field, Problem> {
     if grid.shape != Shape::Affine {
         return Err(unsupported(
             "labels on an evenly spaced grid",
@@ -85,11 +83,21 @@ fn surfaces(
             "choose the file of a segmentation",
         ));
     }
+    Ok(field)
+}
+
+fn surfaces(
+    grid: &Grid,
+    field: &Field,
+    place: DAffine3,
+    free_bytes: u64,
+    ticket: &Ticket,
+) -> Result<Vec<Labelled>, Problem> {
     let layers = u32::try_from(field.components).unwrap_or(u32::MAX);
     let mut all = Vec::new();
     for component in 0..field.components {
         let part = ticket.part(u32::try_from(component).unwrap_or(0), layers);
-        all.extend(layer(grid, field, component, turn, free_bytes, &part)?);
+        all.extend(layer(grid, field, component, place, free_bytes, &part)?);
     }
     match all.is_empty() {
         true => Err(unsupported("labels other than 0", "none", "choose another file")),
@@ -102,7 +110,7 @@ fn layer(
     grid: &Grid,
     field: &Field,
     component: usize,
-    turn: DMat3,
+    place: DAffine3,
     free_bytes: u64,
     ticket: &Ticket,
 ) -> Result<Vec<Labelled>, Problem> {
@@ -124,8 +132,8 @@ fn layer(
         let is_it = |name: &&LabelName| name.value == *value && name.component == component;
         let named = grid.label_names.iter().find(is_it);
         let name = named.map_or_else(|| format!("Label {value}"), |named| named.name.clone());
-        let places = surface.corners.iter().map(|corner| turn * lattice.world_from_index(*corner));
-        let places: Vec<_> = places.collect();
+        let places: Vec<_> =
+            surface.corners.iter().map(|corner| place.transform_point3(*corner)).collect();
         let mesh = Mesh::of_places(name, &places, Vec::new(), Vec::new(), surface.triangles);
         let mesh = mesh.map_err(super::mesh::no_mesh)?;
         Ok(Labelled { value: *value, colour: named.and_then(|named| named.colour), mesh })

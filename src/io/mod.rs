@@ -277,6 +277,13 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
         if let Some(format) = packed(&unpacked) {
             return Ok(format);
         }
+        if unpacked.is_empty() {
+            return Err(error::truncated(
+                "a volume packed with gzip",
+                "packed bytes that give none back",
+                "the file was cut short or damaged: copy it again",
+            ));
+        }
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);

@@ -315,33 +315,6 @@ pub fn axis_letters(space: Option<&str>) -> [&'static str; 3] {
     }
 }
 
-/// What turns the world of one patient's space into that of another: the same place of the body. The identity where either
-/// is none.
-pub fn turn_between(from: Option<&str>, to: Option<&str>) -> DMat3 {
-    let opposite = |letter| match letter {
-        "L" => "R",
-        "R" => "L",
-        "A" => "P",
-        "P" => "A",
-        "S" => "I",
-        "I" => "S",
-        other => other,
-    };
-    let (theirs, ours) = (axis_letters(from), axis_letters(to));
-    if theirs.contains(&"x") || ours.contains(&"x") {
-        return DMat3::IDENTITY;
-    }
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-    DMat3::from_cols_array_2d(&theirs.map(|letter| {
-        let sum = |sum: DVec3, (axis, our): (DVec3, &str)| match our {
-            our if our == letter => sum + axis,
-            our if our == opposite(letter) => sum - axis,
-            _ => sum,
-        };
-        axes.into_iter().zip(ours).fold(DVec3::ZERO, sum).to_array()
-    }))
-}
-
 /// Whether a file calls its space left-handed, as of slices that are stacked downwards: with x to the right and y away from
 /// who looks, z points down.
 fn is_left_handed(space: Option<&str>) -> bool {
@@ -418,18 +391,6 @@ mod tests {
                 assert_eq!(up.flipped().vector(), -up.vector());
             }
         }
-    }
-
-    #[test]
-    fn a_place_of_a_body_is_the_same_in_every_space() {
-        let place = DVec3::new(1.0, 2.0, 3.0);
-        let turned = |from, to| turn_between(Some(from), Some(to)) * place;
-        assert_eq!(turned("left-posterior-superior", "RAS"), DVec3::new(-1.0, -2.0, 3.0));
-        assert_eq!(turned("LPS", "left-posterior-superior-time"), place);
-        // Its first axis is their second, turned round.
-        assert_eq!(turned("PIR", "LPS"), DVec3::new(-3.0, 1.0, -2.0));
-        assert_eq!(turned("3D-right-handed", "LPS"), place);
-        assert_eq!(turn_between(None, Some("LPS")), DMat3::IDENTITY);
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod framing;
 mod inside;
 mod layer;
 mod mode;
+mod placing;
 mod polygons;
 mod refusals;
 mod saved;
@@ -26,7 +27,6 @@ pub use effect::Effect;
 pub use first_look::FirstLook;
 pub use framing::{
     NamedView, Orientation, UpAxis, axis_letters, box_of_what_shows, framing_what_shows,
-    turn_between,
 };
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
@@ -38,6 +38,7 @@ pub use mode::{
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
     Reconstruction, SplatSettings, Visibility,
 };
+pub use placing::place_over;
 pub use polygons::{BESIDE, POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};
 pub use refusals::{Ground, Refusal};
 pub use saved::{SAVED_VERSION, SavedError};

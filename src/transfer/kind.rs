@@ -8,6 +8,10 @@ const MOST_LABELS: usize = 32;
 /// Whole numbers that name things lie close together: there are at most so many times fewer of them than their range
 /// holds.
 const LABEL_GAPS: f64 = 8.0;
+/// Of more distinct numbers than this one stands for nothing, and most often for the most:
+const FEW_LABELS: usize = 8;
+/// at least such a share of all, where steps of a measurement are as frequent as each other.
+const LEAST_NOTHING: f64 = 0.2;
 /// What scanners add to Hounsfield units where files hold nothing below 0.
 const STORED_ZERO: f64 = 1024.0;
 /// From fat to muscle and blood, Hounsfield units: what most of a body is.
@@ -98,7 +102,10 @@ fn are_labels(statistics: &Statistics) -> bool {
     }
     // Each whole number has a bin of its own only while there are no more of them than bins.
     let occupied = statistics.histogram.iter().filter(|&&count| count > 0).count();
+    let all: u64 = statistics.histogram.iter().sum();
+    let most = statistics.histogram.iter().copied().max().unwrap_or(0);
     occupied <= MOST_LABELS
+        && (occupied <= FEW_LABELS || most as f64 >= LEAST_NOTHING * all as f64)
         && range < statistics.histogram.len() as f64
         // Of two values one is a thing, and the other what it is not.
         && (occupied == 2 || range <= LABEL_GAPS * occupied as f64)
@@ -180,7 +187,9 @@ mod tests {
     #[test]
     fn few_numbers_close_together_are_labels_and_so_are_two() {
         assert_eq!(whole(|i| [0, 0, 0, 1, 2, 3, 12][i % 7]), Kind::Labels);
-        assert_eq!(whole(|i| (i % 30) as i16), Kind::Labels);
+        assert_eq!(whole(|i| if i % 3 == 0 { 0 } else { (i % 30) as i16 }), Kind::Labels);
+        assert_eq!(whole(|i| (i % 30) as i16), Kind::EightBits, "steps of a measurement");
+        assert_eq!(whole(|i| (i % 8) as i16), Kind::Labels);
         assert_eq!(whole(|i| [40, 200][i % 2]), Kind::Labels);
         assert_eq!(whole(|i| [40, 120, 200][i % 3]), Kind::EightBits);
         assert_eq!(whole(|_| 7), Kind::EightBits);

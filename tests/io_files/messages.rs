@@ -86,6 +86,25 @@ fn what_is_no_readable_file_is_named() {
 
 #[cfg(unix)]
 #[test]
+fn names_that_lead_nowhere_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let round = folder.path().join("round.nrrd");
+    std::os::unix::fs::symlink(&round, &round).unwrap();
+    let long = folder.path().join("x".repeat(400));
+    let file = folder.path().join("file");
+    std::fs::write(&file, "x").unwrap();
+    for (path, found) in [
+        (round, "in a circle"),
+        (long, "too long"),
+        (file.join("a.nrrd"), "a file where a folder was to be"),
+    ] {
+        let error = error_of(&path);
+        assert_eq!(fault(&error, &["the name of a file", found]), None, "{error}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
 fn a_file_that_may_not_be_read_and_a_pipe_are_named() {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().unwrap();
@@ -103,7 +122,7 @@ fn a_file_that_may_not_be_read_and_a_pipe_are_named() {
 #[test]
 fn content_that_no_reader_knows_is_named_where_it_is_well_known() {
     says("a.txt", "hello", &["\"hello\"", "--raw-dims"]);
-    says("a.nii.gz", b"\x1f\x8b\x08\0", &["a gzip file"]);
+    says("a.nii.gz", b"\x1f\x8b\x08\0", &["packed with gzip", "cut short"]);
     says("a.nrrd", "hello", &["NRRD000", "\"hello\"", "extension"]);
     says("a.mhd", "hello", &["NDims", "\"hello\""]);
     says("a.vti", b"\x89PNG\r\n", &["VTKFile", "a PNG picture"]);

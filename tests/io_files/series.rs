@@ -6,7 +6,8 @@ use std::path::Path;
 use glam::DVec3;
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::io::{OpenOptions, Opened, labels, open};
-use voxsplat::scene::turn_between;
+use voxsplat::scene::place_over;
+use voxsplat::volume::Lattice;
 
 use crate::write_dicom::Slice;
 use crate::write_segmentation::segmentation;
@@ -132,8 +133,9 @@ fn segments_are_labels_with_the_names_and_colours_that_the_file_gives() {
     let Some(Srgb8([r, g, b])) = liver.colour else { panic!("no colour") };
     assert!(r >= 252 && g <= 3 && b <= 3, "{r} {g} {b}");
     // As surfaces over a scan whose x and y point the other way.
-    let turn = |space: Option<&str>| turn_between(space, Some("right-anterior-superior"));
-    let laid = labels::open(&path, None, turn, &Ticket::new()).expect("labels");
+    let scan = (&Lattice::unit([9; 3]), Some("right-anterior-superior"));
+    let place = |theirs: &Lattice, space: Option<&str>| place_over((theirs, space), scan);
+    let laid = labels::open(&path, None, place, &Ticket::new()).expect("labels");
     let names: Vec<&str> = laid.labels.iter().map(|label| label.mesh.name()).collect();
     assert_eq!(names, ["Liver", "Label 7"]);
     let [low, high] = laid.labels[1].mesh.bounds();

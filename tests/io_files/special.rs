@@ -118,6 +118,19 @@ fn packed_data_are_refused_where_they_hold_more_or_other_than_was_written() {
 }
 
 #[test]
+fn segments_that_name_no_label_or_one_twice_are_said() {
+    let text = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: raw\n\
+        Segment0_Name:=liver\nSegment0_LabelValue:=1\nSegment1_Name:=spleen\nSegment1_LabelValue:=1\n\
+        Segment2_Name:=vast\nSegment2_LabelValue:=99999999999999999999\n\nab";
+    let opened = read_one("seg.nrrd", text);
+    let names: Vec<&str> = opened.grid.label_names.iter().map(|n| n.name.as_str()).collect();
+    assert_eq!(names, ["liver"]);
+    let said = opened.warnings.join("\n");
+    assert!(said.contains("1 is called \"liver\" and \"spleen\""), "{said}");
+    assert!(said.contains("\"vast\" names no label") && said.contains("9999"), "{said}");
+}
+
+#[test]
 fn nrrd_lists_become_fields_and_say_so() {
     let text = "NRRD0005\ntype: uchar\ndimension: 4\nsizes: 2 1 1 3\nencoding: raw\n\
         space: right-anterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,2) none\n\

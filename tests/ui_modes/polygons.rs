@@ -6,6 +6,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use voxsplat::app::document::Source;
+use voxsplat::app::settings::Settings;
 use voxsplat::core::Srgb8;
 use voxsplat::polygons::Mesh;
 use voxsplat::scene::{Layer, Look, PolygonLook, Sampled, Scene};
@@ -165,6 +166,29 @@ fn streamlines_are_seeded_on_a_plane_a_line_or_about_a_point() {
         boxes.push(layers(&bench)[0].mesh.bounds());
     }
     assert!(boxes[0] != boxes[1] && boxes[1] != boxes[2], "{boxes:?}");
+}
+
+#[test]
+fn what_was_added_is_in_sight_though_its_section_is_closed_at_first() {
+    let mut bench = Bench::with_settings(Settings::default());
+    bench.open("good.nrrd");
+    bench.settle();
+    assert!(!bench.shows("Add polygons…"));
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("labels.nrrd");
+    let text =
+        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 1 1\nencoding: ascii\n\n1 0 7\n";
+    std::fs::write(&path, text).expect("written");
+    bench.harness.get_by_label("File").click();
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label_contains("Add labels").click();
+    bench.harness.run_steps(3);
+    bench.harness.get_by_label(FILE_OF_LABELS).type_text(path.to_str().expect("UTF-8"));
+    bench.settle();
+    press(&mut bench, "Add");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| Shown::all_of(scene).len() == 2));
+    bench.settle();
+    assert!(bench.shows("Label 7") && bench.shows("Add polygons…"));
 }
 
 #[test]

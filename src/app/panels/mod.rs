@@ -52,7 +52,9 @@ const NUMBER_WIDTH: f32 = 60.0;
 const VALUE_AND_RESET_WIDTH: f32 = 140.0;
 
 /// Sections that are closed until somebody opens them: they are needed rarely.
-const CLOSED_AT_FIRST: [&str; 3] = ["Basis functions", "Polygons and labels", "Splats"];
+const CLOSED_AT_FIRST: [&str; 3] = ["Basis functions", POLYGONS, "Splats"];
+/// The section of polygons and labels.
+pub(super) const POLYGONS: &str = "Polygons and labels";
 
 /// Which sections somebody has opened or closed, by their titles; the others are as at first.
 pub type Sections = BTreeMap<String, bool>;

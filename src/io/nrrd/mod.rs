@@ -62,13 +62,14 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     warnings.extend(axes::several(&fields, "along an axis that is not space"));
     let space = header.get("space").map(str::to_owned);
     let unit = unit(&header, &axes.roles, space.as_deref());
-    let label_names = segments(&header);
+    let label_names = segments(&header, &mut warnings);
     let grid = Grid { space, unit, label_names, ..Grid::of(lattice, fields) };
     Ok(Opened::of(grid, Format::Nrrd, warnings))
 }
 
 /// What the values of a segmentation stand for, as 3D Slicer writes it (`Segment0_Name`, …).
-fn segments(header: &Header) -> Vec<LabelName> {
+fn segments(header: &Header, warnings: &mut Vec<String>) -> Vec<LabelName> {
+    let mut read = Vec::<LabelName>::new();
     let named = |number: usize| {
         let pair = |key: &str| header.pair(&format!("Segment{number}_{key}"));
         let whole = |key: &str| pair(key).and_then(|text| text.parse::<i64>().ok());
@@ -87,15 +88,37 @@ fn segments(header: &Header) -> Vec<LabelName> {
             Some(Srgb8(shares.map(|share| (share * 255.0).round() as u8)))
         };
         let name = plain(pair("Name").or_else(|| pair("ID"))?);
-        Some(LabelName {
-            component: whole("Layer").and_then(|layer| usize::try_from(layer).ok()).unwrap_or(0),
-            // Older files number segments from 1 and do not say so.
-            value: whole("LabelValue").unwrap_or(number as i64 + 1),
-            name,
-            colour: pair("Color").and_then(colour),
-        })
+        // Older files number segments from 1 and do not say so.
+        let value = match pair("LabelValue") {
+            None => Ok(number as i64 + 1),
+            Some(text) => text.parse().map_err(|_| {
+                let found = quoted(text);
+                format!("the segment {name:?} names no label: its LabelValue is {found}")
+            }),
+        };
+        let colour = pair("Color").and_then(colour);
+        let layer = whole("Layer").and_then(|layer| usize::try_from(layer).ok());
+        let component = layer.unwrap_or(0);
+        Some(value.map(|value| LabelName { component, value, name, colour }))
     };
-    (0..).map_while(named).collect()
+    for segment in (0..).map_while(named) {
+        match segment {
+            Err(said) => warnings.push(said),
+            Ok(segment) => {
+                let same = |other: &&LabelName| {
+                    (other.component, other.value) == (segment.component, segment.value)
+                };
+                match read.iter().find(same) {
+                    None => read.push(segment),
+                    Some(first) => warnings.push(format!(
+                        "the label {} is called {:?} and {:?}: it is shown as the first",
+                        segment.value, first.name, segment.name
+                    )),
+                }
+            }
+        }
+    }
+    read
 }
 
 fn sizes(header: &Header) -> Result<Vec<usize>, Problem> {
