@@ -234,6 +234,8 @@ fn measure(
         times.sort_by(f64::total_cmp);
         times[times.len() / 2]
     };
+    let each: Vec<String> = times.iter().map(|ms| format!("{ms:.1}")).collect();
+    eprint!("{} ", each.join(" "));
     let (drawn_ms, back_ms) = (median(&mut times), median(&mut back));
     drawer.engines.gpu()?.time_passes();
     drawer.draw(&plan_of(2 + RUNS), rung, &mut ())?;

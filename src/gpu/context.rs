@@ -1,7 +1,7 @@
 //! The device: which adapter, which limits and features, and what happens when it fails.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
@@ -213,29 +213,36 @@ fn keep_first(slot: &Mutex<Option<GpuError>>, error: GpuError) {
     slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
 }
 
-/// Every adapter. OpenGL's are looked for only where there is no other: its loader is slow, and
-/// writes to standard error.
+/// The program's one connection to the graphics drivers. It is never closed: a driver's library that is unloaded leaves
+/// what it registered for the ends of threads behind, and the next thread that ends falls into it (NVIDIA 580, libEGL).
+static DRIVERS: LazyLock<wgpu::Instance> =
+    LazyLock::new(|| instance(allowed_backends() & wgpu::Backends::PRIMARY));
+/// The same by OpenGL, where nothing else is there: its loader is slow, and writes to standard error.
+static OPENGL: LazyLock<wgpu::Instance> =
+    LazyLock::new(|| instance(allowed_backends() - wgpu::Backends::PRIMARY));
+
+fn allowed_backends() -> wgpu::Backends {
+    wgpu::InstanceDescriptor::new_without_display_handle_from_env().backends
+}
+
+fn instance(backends: wgpu::Backends) -> wgpu::Instance {
+    let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    wgpu::Instance::new(wgpu::InstanceDescriptor { backends, ..descriptor })
+}
+
+/// Every adapter.
 fn adapters() -> Vec<wgpu::Adapter> {
-    let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env;
-    let allowed = descriptor().backends;
-    [allowed & wgpu::Backends::PRIMARY, allowed - wgpu::Backends::PRIMARY]
-        .into_iter()
-        .map(|backends| {
-            let instance =
-                wgpu::Instance::new(wgpu::InstanceDescriptor { backends, ..descriptor() });
-            pollster::block_on(instance.enumerate_adapters(backends))
-        })
-        .find(|adapters| !adapters.is_empty())
-        .unwrap_or_default()
+    let of = |instance: &wgpu::Instance| {
+        pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
+    };
+    let found = of(&DRIVERS);
+    if found.is_empty() { of(&OPENGL) } else { found }
 }
 
 /// Whether a GPU is there: discrete, integrated or virtual. One that only OpenGL knows does not count: its loader
 /// writes to standard error where there is none.
 pub fn has_hardware() -> bool {
-    let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env;
-    let backends = descriptor().backends & wgpu::Backends::PRIMARY;
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor { backends, ..descriptor() });
-    pollster::block_on(instance.enumerate_adapters(backends)).iter().any(|adapter| {
+    pollster::block_on(DRIVERS.enumerate_adapters(wgpu::Backends::all())).iter().any(|adapter| {
         use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
         matches!(adapter.get_info().device_type, DiscreteGpu | IntegratedGpu | VirtualGpu)
     })

@@ -12,7 +12,7 @@ use voxsplat::reference::Rays;
 use voxsplat::scene::{Scene, SplatSettings};
 use voxsplat::task::draw::{DrawError, Drawer, Rung};
 use voxsplat::task::engine::{
-    AdapterChoice, Effort, Engine, EngineState, FrameRequest, Ladder, Picture, SecondRequest,
+    Effort, Engine, EngineState, FrameRequest, Ladder, Picture, SecondRequest,
 };
 use voxsplat::task::level::LevelOfDetail;
 use voxsplat::task::still::{Refine, Still, StillRequest, Timer};
@@ -41,7 +41,7 @@ impl Bench {
         let wake = move || {
             count.fetch_add(1, Ordering::SeqCst);
         };
-        Some(Self { engine: Engine::start_with(AdapterChoice::Software, wishes, wake), wakes })
+        Some(Self { engine: Engine::start_with(adapter(), wishes, wake), wakes })
     }
 
     pub(crate) fn request(&self, scene: &Scene, size: [u32; 2], effort: Effort) {

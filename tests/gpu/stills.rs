@@ -10,7 +10,7 @@ use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::Wishes;
 use voxsplat::scene::{Backend, Background, Classify, OpacityModel, Scene, Visibility};
 use voxsplat::task::draw::background_light;
-use voxsplat::task::engine::{AdapterChoice, Engine};
+use voxsplat::task::engine::Engine;
 use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
 use voxsplat::volume::{Lattice, Samples};
 
@@ -19,7 +19,7 @@ use crate::support::*;
 fn engine() -> Option<&'static Engine> {
     static ENGINE: OnceLock<Option<Engine>> = OnceLock::new();
     context(Wishes::default())?;
-    ENGINE.get_or_init(|| Some(Engine::start(AdapterChoice::Software, || ()))).as_ref()
+    ENGINE.get_or_init(|| Some(Engine::start(adapter(), || ()))).as_ref()
 }
 
 /// Smooth blobs: coarse nodes stand for them well.

@@ -1,7 +1,7 @@
 //! Small scenes, one device for all tests, and the comparator.
 
 use std::ops::{Deref, DerefMut};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
 use voxsplat::accuracy::Difference;
@@ -24,14 +24,20 @@ pub(crate) const SIZE: [u32; 2] = [96, 80];
 
 pub(crate) type Light = Vec<[f64; 4]>;
 
+/// The software adapter where there is one: it is the same everywhere, and tolerances were measured on it.
+pub(crate) fn adapter() -> AdapterChoice {
+    static FOUND: LazyLock<AdapterChoice> = LazyLock::new(|| {
+        match Context::new(&AdapterChoice::Software, Wishes::default()) {
+            Err(GpuError::NoAdapter { .. }) => AdapterChoice::Auto,
+            _ => AdapterChoice::Software,
+        }
+    });
+    FOUND.clone()
+}
+
 /// A device of our own, or `None` where there is none and that is allowed.
 pub(crate) fn context(wishes: Wishes) -> Option<Context> {
-    // The software adapter is the same everywhere: tolerances were measured on it.
-    let found = match Context::new(&AdapterChoice::Software, wishes) {
-        Err(GpuError::NoAdapter { .. }) => Context::new(&AdapterChoice::Auto, wishes),
-        found => found,
-    };
-    match found {
+    match Context::new(&adapter(), wishes) {
         Ok(context) => Some(context),
         Err(error) if std::env::var("VOXSPLAT_GPU").is_ok_and(|v| v == "allow-skip") => {
             let test = std::thread::current().name().unwrap_or("a test").to_owned();
