@@ -104,6 +104,12 @@ fn cell_at(position: vec3<f32>) -> InCell {
     let lists = word(0u);
     for (var i = word(at); i < end; i++) {
         let record = word(lists + i);
+        // The box of what is no tetrahedron stands in front of its record.
+        if kind_of(record) != TETRAHEDRON
+            && (any(position < triple(record - 6u)) || any(position > triple(record - 3u)))
+        {
+            continue;
+        }
         let found = unit_in(record, position);
         if found.w <= 0.0 {
             return InCell(record, found.xyz);

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::GpuError;
-use crate::cells::{CellField, Kind, Listed, Rim};
+use crate::cells::{CellField, Kind, Listed, Placed, Rim};
 use crate::core::Ticket;
 use crate::kernel::Bounds;
 use crate::volume::Lattice;
@@ -42,6 +42,7 @@ pub(super) fn words(
     let mut ends = Vec::with_capacity(cells.solids().len() + 1);
     let mut end = records_at;
     for solid in cells.solids() {
+        end += box_words(solid.kind());
         ends.push(end);
         end += record_words(solid.kind());
     }
@@ -78,6 +79,9 @@ pub(super) fn words(
             _ if placed.is_flat() => (NO_PLACE, &placed.factors()[1..]),
             _ => (widest.min(Rim::WIDEST / 10.0), &placed.factors()[1..]),
         };
+        if box_words(solid.kind()) > 0 {
+            words.extend(reach(&placed, rim).iter().flat_map(|at| at.to_array().map(bits)));
+        }
         words.extend([solid.kind() as u32 | cells.sources()[i] << 2, bits(rim)]);
         words.extend(placed.corners()[0].to_array().map(bits));
         words.extend(factors.iter().flat_map(|by| by.to_array().map(bits)));
@@ -86,6 +90,24 @@ pub(super) fn words(
         words.extend(solid.corners());
     }
     Ok((words, listed))
+}
+
+/// Words of the box in front of a record: tetrahedra are looked into as quickly as a box.
+fn box_words(kind: Kind) -> usize {
+    if kind == Kind::Tetrahedron { 0 } else { 6 }
+}
+
+/// Least and greatest coordinates of what counts as inside a solid, a little outside of it, and more by what single precision
+/// may be off by.
+fn reach(placed: &Placed, rim: f64) -> [DVec3; 2] {
+    let ends = [-rim.max(0.0), 1.0 + rim.max(0.0)];
+    // Places are linear along each of r, s and t, and so farthest at the ends of all three.
+    let corner = |i: usize| DVec3::new(ends[i & 1], ends[i >> 1 & 1], ends[i >> 2 & 1]);
+    let places = (0..8).map(|i| placed.at(corner(i)).0);
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [low, high] = places.fold(none, |[low, high], at| [low.min(at), high.max(at)]);
+    let off = DVec3::splat(1e-4) + low.abs().max(high.abs()) * 1e-6;
+    [low - off, high + off]
 }
 
 /// Words of a record.
