@@ -356,6 +356,26 @@ mod tests {
     }
 
     #[test]
+    fn a_face_is_split_along_its_shorter_diagonal() {
+        let (_, surfaces) = surfaces(scene, 5);
+        let mut differ = 0;
+        for pair in surfaces[1].triangles.chunks_exact(2) {
+            let length = |[from, to]: [u32; 2]| {
+                let [from, to] = [from, to].map(|corner| surfaces[1].corners[corner as usize]);
+                (to - from).length()
+            };
+            let [first, second] = [pair[0], pair[1]];
+            let shared: Vec<u32> = first.into_iter().filter(|c| second.contains(c)).collect();
+            let lone = |triangle: [u32; 3]| triangle.into_iter().find(|c| !shared.contains(c));
+            let (Some(a), Some(b)) = (lone(first), lone(second)) else { panic!("{pair:?}") };
+            let (split, other) = (length([shared[0], shared[1]]), length([a, b]));
+            assert!(split <= other + 1e-12, "{split} {other}");
+            differ += usize::from(other - split > 0.05);
+        }
+        assert!(differ > 50, "{differ}");
+    }
+
+    #[test]
     fn one_sample_and_samples_at_the_end_have_closed_surfaces() {
         for dims in [[1, 1, 1], [3, 1, 1], [1, 2, 2]] {
             let labels = vec![1; dims.iter().product()];
