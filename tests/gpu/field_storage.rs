@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use voxsplat::core::Ticket;
-use voxsplat::gpu::{GpuError, Renderer, Wishes};
+use voxsplat::gpu::{GpuError, Renderer};
 use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
 use voxsplat::scene::{Classify, Scene, SplatSettings};
@@ -20,7 +20,7 @@ const COUNT: usize = 11 * 9 * 13;
 
 /// A drawer of its own with buffers of at most so many bytes.
 fn limited(bytes: u64) -> Option<Drawer> {
-    let mut context = context(Wishes::default())?;
+    let mut context = context(ON_HOST)?;
     context.limits.max_storage_buffer_binding_size = bytes;
     Some(Drawer::new(Renderer::new(context)))
 }
@@ -66,7 +66,7 @@ fn is_refused(scene: &Scene, bytes: u64) {
 /// A picture is read back some rows at a time, the last time fewer.
 #[test]
 fn a_picture_of_more_than_one_band_is_read_back_whole() {
-    let Some(mut context) = context(Wishes::default()) else { return };
+    let Some(mut context) = context(ON_HOST) else { return };
     // Texels of 16 bytes, rows of 1024 bytes, sixteen of them at a time.
     let size = [61, 50];
     context.limits.max_buffer_size = 16 * 1024 + 512;
@@ -84,7 +84,7 @@ fn a_picture_of_more_than_one_band_is_read_back_whole() {
 /// Without a count of turns in every loop, as modules are made for hardware: the same bits.
 #[test]
 fn shaders_whose_loops_nobody_bounds_draw_the_same_picture() {
-    let Some(mut unbounded) = context(Wishes::default()) else { return };
+    let Some(mut unbounded) = context(ON_HOST) else { return };
     let Some(mut drawer) = drawer() else { return };
     unbounded.ends_loops = false;
     let mut unbounded = Drawer::new(Renderer::new(unbounded));

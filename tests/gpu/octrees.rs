@@ -16,15 +16,11 @@ use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 use crate::engine::{Bench, rest};
 use crate::support::{
-    context, drawn, noise, random, scene, volume, volume_of, wide, with_field, with_transfer,
+    ON_HOST, context, drawn, noise, random, scene, volume, volume_of, wide, with_field,
+    with_transfer,
 };
 
-const ON_DEVICE: Wishes = Wishes {
-    float32_blending: true,
-    timestamps: true,
-    octrees: Some(OctreeBuilder::Device),
-    most_binding_bytes: None,
-};
+const ON_DEVICE: Wishes = Wishes { octrees: Some(OctreeBuilder::Device), ..ON_HOST };
 
 /// A node in float64.
 #[derive(Debug, Clone, Copy, Default)]
@@ -386,7 +382,7 @@ const GREEN: Srgb8 = Srgb8([0, 255, 0]);
 /// was merged for the one before, and nothing is left on the device in the end.
 #[test]
 fn a_drag_is_seen_from_coarse_levels_and_pieces_follow_until_all_of_it_is_there() {
-    let [Some(device), Some(host)] = [ON_DEVICE, Wishes::default()].map(context) else { return };
+    let [Some(device), Some(host)] = [ON_DEVICE, ON_HOST].map(context) else { return };
     let [mut drawer, mut other] = [device, host].map(|c| Drawer::new(Renderer::new(c)));
     let first = heavy(RED, 0.7);
     let (ticket, budget_ms) = (Ticket::new(), 15.0);
@@ -444,7 +440,7 @@ fn a_drag_is_seen_from_coarse_levels_and_pieces_follow_until_all_of_it_is_there(
 /// What the device does not build, the host does; and no scene that needs no octree pays for either.
 #[test]
 fn only_who_asks_for_an_octree_has_the_device_build_one() {
-    let [Some(device), Some(host)] = [ON_DEVICE, Wishes::default()].map(context) else { return };
+    let [Some(device), Some(host)] = [ON_DEVICE, ON_HOST].map(context) else { return };
     let mut drawers = [device, host].map(|c| Drawer::new(Renderer::new(c)));
     let base = scene(Lattice::unit([24; 3]), DVec3::new(0.3, -0.5, 0.8));
     let exact = plan_of(&Scene { splat: SplatSettings::EXACT, ..base.clone() });
@@ -501,7 +497,7 @@ fn unit_volume(dims: [usize; 3], samples: Samples) -> Arc<ScalarVolume> {
 /// octree leads to.
 #[test]
 fn the_engine_draws_the_same_in_the_end_whoever_builds() {
-    let [Some(device), Some(host)] = [ON_DEVICE, Wishes::default()].map(Bench::with) else {
+    let [Some(device), Some(host)] = [ON_DEVICE, ON_HOST].map(Bench::with) else {
         return;
     };
     let base = heavy(RED, 0.4);

@@ -17,8 +17,8 @@ use voxsplat::volume::{Lattice, Samples};
 
 use crate::shading::{agrees, amounts, colours, lattice, lit};
 use crate::support::{
-    Within, context, drawer, drawn, in_perspective, random, scene, transfer_of, volume, volume_of,
-    with_field,
+    ON_HOST, Within, context, drawer, drawn, in_perspective, random, scene, transfer_of, volume,
+    volume_of, with_field,
 };
 
 const SIZE: [u32; 2] = [36, 30];
@@ -235,7 +235,7 @@ fn samples_are_shaded_once_a_view() {
 /// More of them than a buffer holds are refused, before any room is taken.
 #[test]
 fn more_samples_than_there_is_room_for_are_refused() {
-    let Some(mut context) = context(Wishes::default()) else { return };
+    let Some(mut context) = context(ON_HOST) else { return };
     // Eight bricks of 8^3 samples, of 16 bytes.
     context.limits.max_storage_buffer_binding_size = 8 * 512 * 16 - 16;
     let mut drawer = Drawer::new(Renderer::new(context));
@@ -350,7 +350,7 @@ fn samples_without_data_that_show_are_not_lit() {
 #[test]
 fn samples_in_several_buffers_are_lit_as_those_in_one() {
     let Some(mut one) = drawer() else { return };
-    let Some(mut context) = context(Wishes::default()) else { return };
+    let Some(mut context) = context(ON_HOST) else { return };
     // Of shaded samples as many as four bricks have; 45 968 bytes, or twice as many, of others.
     context.limits.max_storage_buffer_binding_size = 4 * 512 * 16;
     let mut several = Drawer::new(Renderer::new(context));

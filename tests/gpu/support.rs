@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::{Camera, Projection, Srgb8, Ticket};
-use voxsplat::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
+use voxsplat::gpu::{AdapterChoice, Context, GpuError, OctreeBuilder, Renderer, Wishes};
 use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
 use voxsplat::reference::{Rays, every_sample, grid_kernels};
@@ -26,14 +26,21 @@ pub(crate) type Light = Vec<[f64; 4]>;
 
 /// The software adapter where there is one: it is the same everywhere, and tolerances were measured on it.
 pub(crate) fn adapter() -> AdapterChoice {
-    static FOUND: LazyLock<AdapterChoice> = LazyLock::new(|| {
-        match Context::new(&AdapterChoice::Software, Wishes::default()) {
+    static FOUND: LazyLock<AdapterChoice> =
+        LazyLock::new(|| match Context::new(&AdapterChoice::Software, Wishes::default()) {
             Err(GpuError::NoAdapter { .. }) => AdapterChoice::Auto,
             _ => AdapterChoice::Software,
-        }
-    });
+        });
     FOUND.clone()
 }
+
+/// What is wished for where octrees are to be the host's on every adapter.
+pub(crate) const ON_HOST: Wishes = Wishes {
+    float32_blending: true,
+    timestamps: true,
+    octrees: Some(OctreeBuilder::Host),
+    most_binding_bytes: None,
+};
 
 /// A device of our own, or `None` where there is none and that is allowed.
 pub(crate) fn context(wishes: Wishes) -> Option<Context> {
