@@ -158,7 +158,7 @@ set_up() {
 build() {
     local begun=$SECONDS ticker built=0
     [ -x "${CARGO_TARGET_DIR:-$root/target}/release/voxsplat" ] ||
-        say "building for the first time, which takes about 7 minutes on two cores"
+        say "building for the first time, which takes 7 to 11 minutes on two cores"
     (
         while sleep 30; do
             say "still building, for $(((SECONDS - begun) / 60)) min $(((SECONDS - begun) % 60)) s now"
