@@ -43,7 +43,9 @@ fn main() {
         println!("{}", of_file(written));
     }
     if beside.is_empty() {
-        println!("\nHDF5 and NetCDF-4 are not among them: benches/peers/hdf5_files.py writes them to FOLDER.");
+        println!(
+            "\nHDF5 and NetCDF-4 are not among them: benches/peers/hdf5_files.py writes them to FOLDER."
+        );
     }
     println!();
     println!("| cancelled after, ms | of 2 GiB, returns after, ms |");

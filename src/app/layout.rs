@@ -270,8 +270,7 @@ impl Window {
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
         section_ui(ui, sections, "Surfaces and slices", |ui| inside::inside_ui(ui, scene));
-        let embeds =
-            section_ui(ui, sections, POLYGONS, |ui| polygons::polygons_ui(ui, scene));
+        let embeds = section_ui(ui, sections, POLYGONS, |ui| polygons::polygons_ui(ui, scene));
         section_ui(ui, sections, "Clip", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             clip::clip_ui(ui, &mut self.clip, scene, second);

@@ -74,7 +74,8 @@ impl Window {
             Surfaces::Polygons => mesh::open(&path, None, ticket).map(Embedded::Mesh),
             Surfaces::Labels => {
                 let over = (&lattice, space.as_deref());
-                let place = |theirs: &Lattice, space: Option<&str>| place_over((theirs, space), over);
+                let place =
+                    |theirs: &Lattice, space: Option<&str>| place_over((theirs, space), over);
                 labels::open(&path, None, place, ticket).map(Embedded::Labels)
             }
         });

@@ -140,11 +140,14 @@ impl Cells {
         let split::Split { solids, blends, added, triangles, .. } = split;
         let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
         let lists = if solids.is_empty() { (starts, corners) } else { (Vec::new(), Vec::new()) };
-        for solid in &solids {
-            let placed = solid.placed(&points);
-            let volume = placed.volume();
-            census.flat += usize::from(placed.is_flat());
-            census.inverted += usize::from(volume < 0.0 && !placed.is_flat());
+        // By cells of the file, whatever they were split into.
+        for own in solids.iter().zip(&sources).collect::<Vec<_>>().chunk_by(|a, b| a.1 == b.1) {
+            let placed = own.iter().map(|(solid, _)| solid.placed(&points));
+            let (volume, is_flat) = placed.fold((0.0, true), |(sum, all_flat), placed| {
+                (sum + placed.volume(), all_flat && placed.is_flat())
+            });
+            census.flat += usize::from(is_flat);
+            census.inverted += usize::from(volume < 0.0 && !is_flat);
         }
         Ok(Self {
             points,

@@ -217,6 +217,10 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
         opening.camera.up = up.vector();
         opening.up = Some(up);
     }
+    if flags.camera_direction.is_some() && flags.camera_up_axis.is_none() {
+        // Up as the world has it, not as the first view happens to be tilted.
+        opening.camera.up = Orientation::of(input.grid.space.as_deref()).up.vector();
+    }
     let camera = camera(flags, &opening.camera);
     no_up(flags, &camera).iter().for_each(|what| note(what));
     let mut regions = Vec::new();

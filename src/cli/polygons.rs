@@ -133,7 +133,9 @@ fn mesh_at(text: &str) -> Result<MeshAt, String> {
     }
     if let Some(key) = unknown_key(rest) {
         let key = values::found(key);
-        return Err(format!("expected color=, opacity= or shading= after the file's name, found {key}"));
+        return Err(format!(
+            "expected color=, opacity= or shading= after the file's name, found {key}"
+        ));
     }
     if rest.is_empty() {
         return Err(format!("expected the name of a file, found {}", values::found(text)));

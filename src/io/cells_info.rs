@@ -103,7 +103,7 @@ impl fmt::Display for CellsInfo {
         let kinds = if kinds.is_empty() { "none".to_owned() } else { kinds.join(", ") };
         writeln!(f, "{:<11}{kinds}", "cells")?;
         let told = [
-            (self.split_cells, "split into simpler ones"),
+            (self.split_cells, "split into simpler ones, within which what is curved is straight"),
             (self.flat_cells, "without volume"),
             (self.inverted_cells, "inverted"),
             (self.left_out_cells, "left out, with corners that lie nowhere"),

@@ -112,13 +112,31 @@ impl Problem {
         ReadError { problem: self, path: path.to_owned() }
     }
 
+    /// The same of a file that another one names.
+    pub(super) fn in_piece(self, name: &str) -> Self {
+        let of = |mut mismatch: Mismatch| {
+            mismatch.found = format!("{} in the piece {}", mismatch.found, quoted(name));
+            mismatch
+        };
+        match self {
+            Self::Unrecognised(mismatch) => Self::Unrecognised(of(mismatch)),
+            Self::Header(mismatch) => Self::Header(of(mismatch)),
+            Self::Unsupported(mismatch) => Self::Unsupported(of(mismatch)),
+            Self::Truncated(mismatch) => Self::Truncated(of(mismatch)),
+            Self::Corrupt(mismatch) => Self::Corrupt(of(mismatch)),
+            other => other,
+        }
+    }
+
     /// What opening or inspecting a file told.
     pub(super) fn from_opening(error: io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::NotFound => Self::NotFound,
             io::ErrorKind::PermissionDenied => Self::Denied,
             io::ErrorKind::IsADirectory => Self::NotAFile { found: "a folder".into() },
-            io::ErrorKind::NotADirectory => Self::NoName { found: "a file where a folder was to be" },
+            io::ErrorKind::NotADirectory => {
+                Self::NoName { found: "a file where a folder was to be" }
+            }
             io::ErrorKind::InvalidFilename => Self::NoName { found: "one that is too long" },
             io::ErrorKind::InvalidInput => Self::NoName { found: "one that the system forbids" },
             // Not yet an `ErrorKind` of stable Rust.

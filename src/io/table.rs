@@ -71,13 +71,14 @@ impl Separator {
         }
     }
 
+    /// The words of a line; a separator between quotes is none.
     fn words(self, line: &str) -> Vec<&str> {
-        let of = |c: char| line.trim_end_matches(['\r', '\n']).split(c).map(str::trim).collect();
+        let line = line.trim_end_matches(['\r', '\n']);
         match self {
-            Self::Comma => of(','),
-            Self::Semicolon => of(';'),
+            Self::Comma => line.split(outside_quotes(',')).map(str::trim).collect(),
+            Self::Semicolon => line.split(outside_quotes(';')).map(str::trim).collect(),
             // Blanks beside tabs are none of their own columns.
-            Self::Tab => line.trim().split('\t').map(str::trim).collect(),
+            Self::Tab => line.trim().split(outside_quotes('\t')).map(str::trim).collect(),
             Self::Blanks => line.split_whitespace().collect(),
         }
     }
@@ -87,6 +88,15 @@ impl Separator {
         let number = |word: &str| if word.is_empty() { Some(f64::NAN) } else { word.parse().ok() };
         let numbers: Vec<f64> = self.words(line).into_iter().map(number).collect::<Option<_>>()?;
         numbers.iter().any(|number| !number.is_nan()).then_some(numbers)
+    }
+}
+
+/// Finds separators, from the start of a line on.
+fn outside_quotes(separator: char) -> impl FnMut(char) -> bool {
+    let mut is_quoted = false;
+    move |c| {
+        is_quoted ^= c == '"';
+        c == separator && !is_quoted
     }
 }
 
@@ -141,6 +151,8 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         )
     };
     let (first, comment) = lines.next()?.ok_or_else(none)?;
+    // Some programs begin what they write with a mark of its encoding.
+    let first = first.trim_start_matches('\u{feff}').to_owned();
     let mut separator = Separator::of(&first);
     let mut names = None;
     let mut row = separator.numbers(&first);
@@ -150,7 +162,15 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         separator = Separator::of(&second);
         row = separator.numbers(&second);
     }
-    let row = row.filter(|row| row.len() >= 3).ok_or_else(none)?;
+    let mut row = row.filter(|row| row.len() >= 3).ok_or_else(none)?;
+    // One name fewer, where each row ends with a separator that nothing follows.
+    let names_fewer = names
+        .as_ref()
+        .is_some_and(|line: &String| words_of_header(line, separator, row.len() - 1).is_some());
+    let ends_empty = names_fewer && row.len() > 3 && row[row.len() - 1].is_nan();
+    if ends_empty {
+        row.pop();
+    }
     let count = row.len();
     if count > MOST_COLUMNS {
         return Err(unsupported(
@@ -159,7 +179,16 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             "leave some of them out",
         ));
     }
-    let names = named(names.or(comment), separator, count);
+    let mut warnings = Vec::new();
+    if let Some(line) =
+        names.as_ref().filter(|line| words_of_header(line, separator, count).is_none())
+    {
+        warnings.push(format!(
+            "the first line, {}, has another number of words than the rows, {count}: it names no columns",
+            quoted(line)
+        ));
+    }
+    let names = names.or(comment).and_then(|line| words_of_header(&line, separator, count));
     let mut columns: Vec<Vec<f64>> = row.into_iter().map(|number| vec![number]).collect();
     let mut done = 0;
     while let Some((line, _)) = lines.next()? {
@@ -167,7 +196,10 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         if lines.line % 1024 == 0 {
             ticket.checkpoint(done, len)?;
         }
-        let words = separator.words(&line);
+        let mut words = separator.words(&line);
+        if ends_empty && words.len() == count + 1 && words[count].is_empty() {
+            words.pop();
+        }
         if words.len() != count {
             return Err(header(
                 format!("{count} numbers on line {}, as on those before it", lines.line),
@@ -186,33 +218,43 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             })?);
         }
     }
-    points(columns, names, free_bytes)
+    points(columns, names, warnings, free_bytes)
 }
 
 /// Names of columns, as a line has them; `None` where it has another number of words.
-fn named(line: Option<String>, separator: Separator, count: usize) -> Option<Vec<String>> {
-    let line = line?;
+fn words_of_header(line: &str, separator: Separator, count: usize) -> Option<Vec<String>> {
     let words = |separator: Separator| -> Vec<String> {
         let unquoted = |word: &str| word.trim_matches('"').to_owned();
-        separator.words(&line).into_iter().map(unquoted).collect()
+        separator.words(line).into_iter().map(unquoted).collect()
     };
     let own = words(separator);
     // A header may be separated otherwise.
-    let own = if own.len() == count { own } else { words(Separator::of(&line)) };
+    let own = if own.len() == count { own } else { words(Separator::of(line)) };
     (own.len() == count).then_some(own)
+}
+
+/// What a column of a place is called in short: `x` of `X_coord`, `Coord.x` and `x [mm]`.
+fn axis_name(name: &str) -> String {
+    let lower = name.to_lowercase();
+    let bare = lower.split(['(', '[']).next().unwrap_or_default();
+    let bare = bare.replace("coordinates", "").replace("coordinate", "").replace("coord", "");
+    bare.trim_matches(|c: char| c.is_whitespace() || "_.-".contains(c)).to_owned()
 }
 
 fn points(
     mut columns: Vec<Vec<f64>>,
     names: Option<Vec<String>>,
+    mut warnings: Vec<String>,
     free_bytes: u64,
 ) -> Result<Opened, Problem> {
-    let mut warnings = Vec::new();
     let named =
         |at: usize| names.as_ref().map_or_else(|| format!("column {}", at + 1), |n| n[at].clone());
     let place = names.as_ref().and_then(|names| {
         PLACES.iter().find_map(|place| {
-            let at = place.map(|of| names.iter().position(|name| name.eq_ignore_ascii_case(of)));
+            let at = place.map(|of| {
+                let own = names.iter().position(|name| name.eq_ignore_ascii_case(of));
+                own.or_else(|| names.iter().position(|name| axis_name(name) == of))
+            });
             let [Some(x), Some(y), Some(z)] = at else { return None };
             Some([x, y, z])
         })
@@ -220,7 +262,10 @@ fn points(
     let place = place.unwrap_or_else(|| {
         if names.is_some() {
             let used = [0, 1, 2].map(|at| quoted(&named(at))).join(", ");
-            warnings.push(format!("no columns are called x, y and z: {used} are taken for these"));
+            warnings.push(format!(
+                "no columns are called x, y and z: the first three, {used}, are taken for these; name others so to have \
+                 them"
+            ));
         }
         [0, 1, 2]
     });
@@ -285,12 +330,17 @@ mod tests {
 
     #[test]
     fn columns_are_found_by_name() {
-        let names = |line: &str| named(Some(line.to_owned()), Separator::of(line), 4).unwrap();
+        let names = |line: &str| words_of_header(line, Separator::of(line), 4).unwrap();
         assert_eq!(
             names("\"T\",\"Points:0\",\"Points:1\",\"Points:2\""),
             ["T", "Points:0", "Points:1", "Points:2"]
         );
-        assert_eq!(named(Some("a b".into()), Separator::Blanks, 4), None);
-        assert_eq!(named(Some("x y z val".into()), Separator::Comma, 4).unwrap()[3], "val");
+        assert_eq!(names("\"p (Pa, abs)\",x,y,z")[0], "p (Pa, abs)");
+        assert_eq!(words_of_header("a b", Separator::Blanks, 4), None);
+        assert_eq!(words_of_header("x y z val", Separator::Comma, 4).unwrap()[3], "val");
+        for name in ["X", "x_coord", "Coord.x", "x [mm]", "X coordinate (m)"] {
+            assert_eq!(axis_name(name), "x");
+        }
+        assert_eq!(axis_name("max"), "max");
     }
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::axes;
-use super::bytes::{no_samples, reserve_samples};
-use super::error::{Problem, header, quoted, unsupported};
+use super::bytes::{DEFLATE_MOST, no_samples, reserve_samples};
+use super::error::{Problem, header, quoted, truncated, unsupported};
 use crate::cells::{Cells, CellsError, Listing};
 use crate::core::memory::{self, TooLarge};
 use crate::rbf::log_densities;
@@ -95,6 +95,18 @@ pub(super) fn require_memory(
     check_number("cells", cells)?;
     let needed = bytes_of(points, cells, corners);
     Ok(memory::require("the points and cells of the file", needed, free_bytes)?)
+}
+
+/// Refuses counts that a file of so many bytes cannot hold, however well it is packed.
+pub(super) fn require_stored(points: u64, cells: u64, len: u64) -> Result<(), Problem> {
+    if points.max(cells) <= len.saturating_mul(DEFLATE_MOST) {
+        return Ok(());
+    }
+    Err(truncated(
+        format!("{points} points and {cells} cells, as the file promises"),
+        format!("{len} bytes in all"),
+        "it was cut short, or a count is wrong: copy or write it again",
+    ))
 }
 
 /// Bytes that points, cells and corners take until they are a grid.
@@ -473,6 +485,8 @@ pub(super) fn grid(
     memory::require("the cells of the file, split into simple ones", needed, free_bytes)?;
     // What lies on no cell is no field.
     fields.retain(|field| !field.samples.is_empty());
+    tell_apart(&mut fields, warnings);
+    warnings.extend(flat_cells(&listing.types));
     axes::activate(&mut fields, active);
     if fields.is_empty() {
         // Vertices, or no cells at all: what points have themselves is how dense they lie.
@@ -490,6 +504,55 @@ pub(super) fn grid(
         ));
     }
     Ok(Grid::shaped([points, 1, 1], Shape::Unstructured(Arc::new(cells)), fields)?)
+}
+
+/// Whether VTK's number is of a cell that has an area and no volume.
+fn is_flat(kind: u8) -> bool {
+    matches!(kind, 5..=9 | 22 | 23 | 28 | 30 | 34 | 36 | 69 | 70 | 76 | 77)
+}
+
+/// What becomes of cells without a volume.
+fn flat_cells(types: &[u8]) -> Option<String> {
+    let flat = types.iter().filter(|kind| is_flat(**kind)).count();
+    // The others are of points and lines.
+    let has_solids =
+        types.iter().any(|kind| !is_flat(*kind) && !matches!(kind, 0..=4 | 21 | 35 | 68 | 75));
+    match (flat, has_solids) {
+        (0, _) => None,
+        (flat, true) => Some(format!(
+            "{} no volume and are not drawn with those that do; as polygons (--mesh) they are",
+            counted_have(flat)
+        )),
+        (_, false) => Some(
+            "no cell has a volume: the points are shown; as polygons (--mesh) the cells are, in a volume"
+                .to_owned(),
+        ),
+    }
+}
+
+fn counted_have(cells: usize) -> String {
+    if cells == 1 { "1 cell has".to_owned() } else { format!("{cells} cells have") }
+}
+
+/// Gives arrays of one name on the same places names of their own.
+fn tell_apart(fields: &mut [Field], warnings: &mut Vec<String>) {
+    for at in 1..fields.len() {
+        let (before, rest) = fields.split_at_mut(at);
+        let field = &mut rest[0];
+        let same =
+            |other: &&Field| other.name == field.name && other.association == field.association;
+        let name = field.name.clone();
+        if before.iter().any(|other| same(&other)) {
+            let is_taken = |new: &String| before.iter().any(|other| other.name == *new);
+            let new = (2..).map(|n| format!("{name} {n}")).find(|new| !is_taken(new));
+            field.name = new.unwrap_or(name.clone());
+            warnings.push(format!(
+                "several arrays are called {}: one of them is {} here",
+                quoted(&name),
+                quoted(&field.name)
+            ));
+        }
+    }
 }
 
 fn no_cells(error: CellsError) -> Problem {

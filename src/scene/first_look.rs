@@ -97,7 +97,10 @@ impl FirstLook {
     /// Of a volume in a space that its file names.
     pub fn of(volume: &ScalarVolume, space: Option<&str>) -> Self {
         let statistics = &volume.statistics;
-        let mut transfer = presets::default_for(statistics);
+        let mut transfer = match volume.cells {
+            Some(_) => presets::of_cells(statistics),
+            None => presets::default_for(statistics),
+        };
         let is_of_names = Kind::of(statistics) == Kind::Labels;
         let spacing = volume.lattice.spacing;
         let thickest = spacing.max_element() / spacing.min_element();

@@ -13,10 +13,8 @@ pub fn place_over(
     (theirs, their_space): (&Lattice, Option<&str>),
     (ours, our_space): (&Lattice, Option<&str>),
 ) -> (DAffine3, Option<&'static str>) {
-    let affine = |lattice: &Lattice| DAffine3 {
-        matrix3: lattice.axes(),
-        translation: lattice.origin,
-    };
+    let affine =
+        |lattice: &Lattice| DAffine3 { matrix3: lattice.axes(), translation: lattice.origin };
     let has_place = their_space.is_some() || *theirs != Lattice::unit(theirs.dims);
     match has_place || theirs.dims != ours.dims || theirs == ours {
         true => (DAffine3::from_mat3(turn_between(their_space, our_space)) * affine(theirs), None),

@@ -13,6 +13,8 @@ const SPIKE: f64 = 0.05;
 const FOOT: f64 = 0.05;
 /// Opacity of every label: little of what lies behind a face shows, so that light makes its shape.
 const LABEL_OPACITY: f64 = 0.9;
+/// Over a median edge of cells, where their values are least and greatest.
+const CELL_OPACITY: [f64; 2] = [0.3, 0.7];
 /// Where matter of a map begins and is dense, in standard deviations of its noise.
 const MAP_LEVELS: [f64; 2] = [2.5, 5.0];
 /// How far below the least visible value a map that begins in black begins, in parts of the visible range: matter that
@@ -93,6 +95,29 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
         let thin = (0.15 / share.max(0.01)).clamp(0.25, 1.0);
         [(0.5, 0.08 * thin), (0.9, 0.35 * thin), (0.995, 0.8)]
     })
+}
+
+/// A transfer function for cells that nobody has looked at yet: all of them are seen, as in other programs, so that their shape
+/// and their outer faces tell what they are; the denser, the greater their values are. Names have a colour each, 0 too.
+pub fn of_cells(statistics: &Statistics) -> TransferFunction {
+    if !(statistics.max - statistics.min).is_finite() {
+        return for_huge(statistics, of_cells);
+    }
+    if statistics.min < statistics.max && Kind::of(statistics) == Kind::Labels {
+        let stops = labels(statistics).into_iter().enumerate().flat_map(|(number, label)| {
+            let colour = colour_of_label(number);
+            [(label - 0.5, colour), (label + 0.5, colour)]
+        });
+        let colour = ColourSource::Stops(stops.collect());
+        return TransferFunction::of(vec![(statistics.min, LABEL_OPACITY)], colour);
+    }
+    let range = range(statistics, RangeRule::Percentiles);
+    let [low, high] = [statistics.min, statistics.max];
+    let colour = ColourSource::Map { map: ColourMap::Viridis, range };
+    match low < high {
+        true => TransferFunction::of(vec![(low, CELL_OPACITY[0]), (high, CELL_OPACITY[1])], colour),
+        false => TransferFunction::of(vec![(low, CELL_OPACITY[1])], colour),
+    }
 }
 
 /// For differences: clear where they are small, and of two colours by their sign.
@@ -497,5 +522,28 @@ mod tests {
         assert_eq!(range(&statistics, RangeRule::MinMax), [0.0, 9999.0]);
         let [low, high] = range(&statistics, RangeRule::Percentiles);
         assert!((low - 50.0).abs() < 10.0 && (high - 9949.0).abs() < 10.0, "{low} {high}");
+    }
+
+    #[test]
+    fn all_cells_are_seen_at_first_and_of_names_0_too() {
+        let of = |samples: Samples| {
+            let statistics = Statistics::of(&samples, &Ticket::new()).expect("never cancelled");
+            (of_cells(&statistics), statistics)
+        };
+        for samples in [
+            Samples::UInt32((0..4).collect()),
+            Samples::Int32((0..9000).map(|i| i % 700 - 3).collect()),
+            Samples::Float32((0..9000).map(|i| (i as f32).sin()).collect()),
+            Samples::Float64(vec![7.0; 5]),
+        ] {
+            let (function, statistics) = of(samples);
+            let [low, high] = [statistics.min, statistics.max];
+            for share in [0.0, 0.3, 0.5, 1.0] {
+                let opacity = function.opacity_at(low + share * (high - low));
+                assert!(opacity >= 0.3, "{share}: {opacity}");
+            }
+        }
+        let (names, _) = of(Samples::UInt32(vec![0, 0, 0, 1, 2, 3]));
+        assert_ne!(names.colour_at(0.0), names.colour_at(1.0));
     }
 }

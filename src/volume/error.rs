@@ -62,7 +62,7 @@ pub enum VolumeError {
     #[error(
         "expected {} {}, found {asked:?}",
         if available.len() == 1 { "the field" } else { "one of the fields" },
-        available.join(", ")
+        listed(available)
     )]
     NoSuchField {
         /// What was asked for.
@@ -100,4 +100,19 @@ pub enum VolumeError {
     /// See [`Cancelled`].
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// Names in a sentence: neither many nor long.
+fn listed(names: &[String]) -> String {
+    const MOST: usize = 40;
+    const LONGEST: usize = 60;
+    let short = |name: &String| match name.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => name.clone(),
+    };
+    let mut shown: Vec<String> = names.iter().take(MOST).map(short).collect();
+    if names.len() > MOST {
+        shown.push(format!("{} more", names.len() - MOST));
+    }
+    shown.join(", ")
 }

@@ -391,10 +391,18 @@ impl Grid {
                         statistics.infinite_count,
                         samples.scalar_type().name()
                     ),
-                    _ => format!(
-                        "{} NaN and {} infinite",
-                        statistics.nan_count, statistics.infinite_count
-                    ),
+                    _ if matches!(self.shape, Shape::Unstructured(_)) => {
+                        // What was sampled of them is not what the file has.
+                        let own = Statistics::of(&field.samples, ticket)?;
+                        match own.finite_count {
+                            0 => not_finite(&own),
+                            finite => format!(
+                                "{finite} that lie on no cell with a volume, {}",
+                                not_finite(&own)
+                            ),
+                        }
+                    }
+                    _ => not_finite(&statistics),
                 },
             });
         }
@@ -542,6 +550,11 @@ impl ScalarVolume {
         grid.check()?;
         grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new())
     }
+}
+
+/// How many samples are no numbers, in words.
+fn not_finite(statistics: &Statistics) -> String {
+    format!("{} NaN and {} infinite", statistics.nan_count, statistics.infinite_count)
 }
 
 #[cfg(test)]

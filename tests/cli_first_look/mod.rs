@@ -44,6 +44,19 @@ fn an_up_along_the_view_is_said_to_be_none() {
     assert_eq!(of("0,1,1"), "");
 }
 
+/// It was tilted as the first view is.
+#[test]
+fn the_axis_that_is_up_is_up_along_any_direction() {
+    if !can_draw() {
+        return;
+    }
+    let of = |more: &[&str]| rendered(HEAD, &[&["--camera-direction", "0,1,0"], more].concat()).0;
+    let upright = of(&["--camera-view-up", "0,0,1"]);
+    assert!(of(&[]) == upright, "z is up where nobody says otherwise");
+    assert!(of(&["--camera-up-axis", "-x"]) == of(&["--camera-view-up", "-1,0,0"]));
+    assert!(of(&["--camera-up-axis", "-x"]) != upright);
+}
+
 #[test]
 fn a_first_look_lights_faces_and_any_word_about_light_or_opacity_puts_it_out() {
     if !can_draw() {

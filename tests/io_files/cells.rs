@@ -167,6 +167,14 @@ fn a_file_that_names_pieces_opens_them_and_tells_which_is_missing() {
     let whole = opened(&path);
     assert_eq!((cells_of(&whole).own_points(), cells_of(&whole).own_cells()), (24, 4));
     assert_eq!(whole.grid.field(Some("heat")).unwrap().samples.len(), 24);
+    let damaged = std::fs::read_to_string(data("text.vtu")).unwrap().replacen(
+        "Points=\"12\"",
+        "Points=\"13\"",
+        1,
+    );
+    std::fs::write(folder.path().join("parts/b.vtu"), damaged).unwrap();
+    let error = open(&path, &OpenOptions::default(), &Ticket::new()).unwrap_err().to_string();
+    assert!(error.contains("in the piece \"parts/b.vtu\""), "{error}");
     std::fs::remove_file(folder.path().join("parts/b.vtu")).unwrap();
     let error = open(&path, &OpenOptions::default(), &Ticket::new()).unwrap_err().to_string();
     assert!(error.contains("b.vtu") && error.contains("put it there"), "{error}");
@@ -224,6 +232,68 @@ fn tables_take_places_by_name_and_keep_other_columns() {
     says("a.txt", "1 2 3\n4 5\n", &["3 numbers on line 2", "found 2"]);
     says("a.csv", "x,y,z\n1,2,3\n1,2,three\n", &["numbers on line 3", "\"three\""]);
     says("a.csv", "x,y\n1,2\n", &["csv"]);
+}
+
+#[test]
+fn headers_of_tables_are_read_as_programs_write_them() {
+    let names_of = |text: &str| {
+        let table = made("a.csv", text);
+        let names = table.grid.fields.iter().map(|field| field.name.clone()).collect::<Vec<_>>();
+        (cells_of(&table).points()[1].to_array(), names, table.warnings.join("; "))
+    };
+    let (place, names, said) = names_of("\"p (Pa, abs)\",x,y,z\n9,0,0,0\n9,5,1,1\n9,0,1,0\n");
+    assert_eq!(
+        (place, names, said),
+        ([5.0, 1.0, 1.0], vec!["p (Pa, abs)".to_owned()], String::new())
+    );
+    // A separator that nothing follows, and a mark of the encoding.
+    let (place, names, said) = names_of("\u{feff}x,y,z,v\n0,0,0,1,\n1,2,3,4,\n5,6,7,8,\n");
+    assert_eq!((place, names, said), ([1.0, 2.0, 3.0], vec!["v".to_owned()], String::new()));
+    let (place, _, said) = names_of("T,x_coord,y_coord,Z [mm]\n7,0,0,0\n7,1,2,3\n");
+    assert_eq!((place, said), ([1.0, 2.0, 3.0], String::new()));
+    let (_, _, said) = names_of("a,b,c\n1,2,3,4\n5,6,7,8\n");
+    assert!(said.contains("another number of words than the rows, 4"), "{said}");
+    let (_, _, said) = names_of("a,b,c,d\n1,2,3,4\n5,6,7,8\n");
+    assert!(said.contains("\"a\", \"b\", \"c\"") && said.contains("name others so"), "{said}");
+    says("a.csv", "x,y,z\n1,2,none\n", &["a table of points", "\"x,y,z\"", "leave words out"]);
+}
+
+#[test]
+fn what_is_left_out_or_told_apart_is_said() {
+    let flat = TETRAHEDRON.replace(
+        "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10",
+        "CELLS 2 9\n4 0 1 2 3\n3 0 1 2\nCELL_TYPES 2\n10 5",
+    );
+    let said = made("a.vtk", flat).warnings.join("; ");
+    assert!(said.contains("1 cell has no volume"), "{said}");
+    let alone = TETRAHEDRON
+        .replace("CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10", "CELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5");
+    let said = made("a.vtk", alone).warnings.join("; ");
+    assert!(said.contains("no cell has a volume: the points are shown"), "{said}");
+    assert!(!made("a.vtk", TETRAHEDRON).warnings.join("; ").contains("volume"));
+    let twice = format!(
+        "{TETRAHEDRON}POINT_DATA 4\nSCALARS a float 1\nLOOKUP_TABLE default\n1 2 3 4\n\
+        SCALARS a float 1\nLOOKUP_TABLE default\n5 6 7 8\n"
+    );
+    let twice = made("a.vtk", twice);
+    let names: Vec<&str> = twice.grid.fields.iter().map(|field| field.name.as_str()).collect();
+    assert_eq!(names, ["a", "a 2"]);
+    assert!(twice.warnings.join("; ").contains("several arrays are called \"a\""));
+}
+
+#[test]
+fn arrays_that_are_too_short_or_too_long_are_named() {
+    let text = std::fs::read_to_string(data("poly.vtu")).unwrap();
+    let array = "<PointData><DataArray type=\"Float32\" Name=\"heat\" format=\"ascii\">";
+    let with = |numbers: &str| {
+        text.replacen("<Points>", &format!("{array}{numbers}</DataArray></PointData><Points>"), 1)
+    };
+    made("a.vtu", with("1 2 3 4"));
+    for (numbers, found) in [("1 2 3", "found 3"), ("1 2 3 4 5 6", "found 6")] {
+        says("a.vtu", with(numbers), &["expected 4 numbers in the array \"heat\"", found]);
+    }
+    let many = text.replacen("NumberOfPoints=\"4\"", "NumberOfPoints=\"1000000000\"", 1);
+    says("a.vtu", many, &["1000000000 points", "bytes in all", "cut short"]);
 }
 
 const TETRAHEDRON: &str = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\n\

@@ -63,8 +63,9 @@ fn of_files(
         let part = ticket.part(u32::try_from(index).unwrap_or(u32::MAX), of);
         let free_bytes = free_bytes.saturating_sub(parts.iter().map(Part::bytes).sum());
         let file = DataFile::find(path, source)?;
-        let (text, appended) = super::head(&file.path, free_bytes, &part)?;
-        let own = Document::parse(&text, appended.start.is_some())?;
+        let in_piece = |problem: Problem| problem.in_piece(source);
+        let (text, appended) = super::head(&file.path, free_bytes, &part).map_err(in_piece)?;
+        let own = Document::parse(&text, appended.start.is_some()).map_err(in_piece)?;
         if !matches!(own.kind, Kind::Unstructured | Kind::PolyData) {
             return Err(header(
                 format!("an UnstructuredGrid or PolyData in the piece {}", quoted(source)),
@@ -82,7 +83,7 @@ fn of_files(
             own.warnings.iter().filter(|w| !warnings.contains(w)).cloned().collect::<Vec<_>>(),
         );
         let store = Store { packing: super::packing(&own), appended };
-        parts.extend(of_document(&own, &store, free_bytes, &part)?);
+        parts.extend(of_document(&own, &store, free_bytes, &part).map_err(in_piece)?);
     }
     Ok((parts, format, active))
 }
@@ -106,6 +107,7 @@ fn of_document(
                 values.saturating_add(tuples.saturating_mul(array.components).saturating_mul(size));
         }
     }
+    unstructured::require_stored(points, cells, store.appended.len)?;
     unstructured::require_memory(points, cells, 0, free_bytes)?;
     crate::core::memory::require("the arrays of the file", values, free_bytes)?;
     let mut progress = Progress::new(ticket, values.saturating_add(points.saturating_mul(12)));

@@ -9,7 +9,7 @@ use flate2::bufread::ZlibDecoder;
 use rayon::prelude::*;
 
 use super::super::bytes::{self, DEFLATE_MOST, Endian, Progress};
-use super::super::error::{Problem, corrupt, header, truncated};
+use super::super::error::{Problem, corrupt, header, quoted, truncated};
 use super::super::files;
 use super::xml::{Array, Place};
 use crate::core::Cancelled;
@@ -55,7 +55,17 @@ pub(super) fn read(
 ) -> Result<Samples, Problem> {
     let mut samples = bytes::no_samples(array.scalar_type);
     if let Place::Text(text) = &array.place {
-        bytes::require_stored(count as u64, (text.len() as u64).div_ceil(2))?;
+        // More would be passed over.
+        let found = text.split_ascii_whitespace().count();
+        if found != count {
+            let expected = format!("{count} numbers in the array {}", quoted(&array.name));
+            let advice =
+                "correct its length or the counts of points and cells, or copy the file again";
+            return Err(match found < count {
+                true => truncated(expected, found.to_string(), advice),
+                false => header(expected, found.to_string(), advice),
+            });
+        }
         bytes::append_text(&mut samples, &mut text.as_bytes(), count, progress)?;
         return Ok(samples);
     }
