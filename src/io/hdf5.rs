@@ -207,8 +207,10 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     memory::require("the data sets of the file", needed.saturating_add(largest), free_bytes)?;
     bytes::require_stored(largest, len.saturating_mul(PACKED_MOST))?;
 
-    let lattice = lattice(&file, &main[0], main_dims);
-    let unit = unit(&main[0]);
+    // Only some of them may say where they lie.
+    let says = |set: &&Set| lattice(&file, set, main_dims) != Lattice::unit(main_dims);
+    let placed = main.iter().find(says).unwrap_or(&main[0]);
+    let (lattice, unit) = (lattice(&file, placed, main_dims), unit(placed));
     let mut fields: Vec<Field> = Vec::new();
     let mut last_problem = None;
     let of = u32::try_from(main.len()).unwrap_or(u32::MAX);

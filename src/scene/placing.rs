@@ -66,6 +66,12 @@ mod tests {
     }
 
     #[test]
+    fn samples_without_a_place_over_others_without_one_are_not_remarked_on() {
+        let unit = Lattice::unit([3, 4, 5]);
+        assert_eq!(place_over((&unit, None), (&unit, None)).1, None);
+    }
+
+    #[test]
     fn samples_without_a_place_lie_on_those_that_are_shown() {
         let scan = Lattice {
             origin: DVec3::new(-5.0, 2.0, 7.0),

@@ -97,6 +97,7 @@ fn names_that_lead_nowhere_are_told() {
         (round, "in a circle"),
         (long, "too long"),
         (file.join("a.nrrd"), "a file where a folder was to be"),
+        ("a\0b.nrrd".into(), "one that the system forbids"),
     ] {
         let error = error_of(&path);
         assert_eq!(fault(&error, &["the name of a file", found]), None, "{error}");

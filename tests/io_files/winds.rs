@@ -131,3 +131,28 @@ fn axes_without_coordinates_are_counted_and_said_to_be() {
     let told = opened.warnings.join("\n");
     assert!(told.contains("along column") && told.contains("along row"), "{told}");
 }
+
+#[test]
+fn depths_go_down_and_lists_are_counted_with_the_last_the_fastest() {
+    let folder = tempfile::tempdir().unwrap();
+    let metres = ("units", Attribute::Text("m"));
+    let axis = |name, dim, more: &[(&'static str, Attribute)]| {
+        with(plain(name, &[dim], Values::Double(vec![3.0, 8.0])), more)
+    };
+    let down = ("positive", Attribute::Text("down"));
+    let values = Values::Float((0..48_i16).map(f32::from).collect());
+    let variables = [
+        axis("x", 4, std::slice::from_ref(&metres)),
+        axis("y", 3, std::slice::from_ref(&metres)),
+        axis("depth", 2, &[metres.clone(), down]),
+        plain("heat", &[0, 1, 2, 3, 4], values),
+    ];
+    let dims = [("time", 2), ("member", 3), ("depth", 2), ("y", 2), ("x", 2)];
+    let opened = read(&netcdf(folder.path(), 2, &dims, &variables));
+    assert!(
+        matches!(&opened.grid.shape, Shape::Rectilinear(lists) if lists[2][..] == [-3.0, -8.0])
+    );
+    let told: Vec<(&str, f64)> =
+        opened.grid.fields.iter().map(|f| (f.name.as_str(), f.samples.get(0))).collect();
+    assert_eq!(told[..2], [("heat[time=0,member=0]", 0.0), ("heat[time=0,member=1]", 8.0)]);
+}

@@ -94,8 +94,11 @@ fn filled(array: &Array, count: usize) -> Result<Samples, Problem> {
     let zeros = bytes::zero_samples(array.scalar_type, count)?;
     match array.fill {
         0.0 => Ok(zeros),
-        // Bits that are no number of their own.
-        _ if array.halves => Ok(zeros),
+        // They are still bits.
+        fill if array.halves => {
+            let bits = f64::from(half::f16::from_f64(fill).to_bits());
+            converted(&zeros, array.scalar_type, |_| bits)
+        }
         fill => converted(&zeros, array.scalar_type, |_| fill),
     }
 }
