@@ -139,11 +139,6 @@ impl Problem {
             }
             io::ErrorKind::InvalidFilename => Self::NoName { found: "one that is too long" },
             io::ErrorKind::InvalidInput => Self::NoName { found: "one that the system forbids" },
-            // Not yet an `ErrorKind` of stable Rust.
-            #[cfg(unix)]
-            _ if error.raw_os_error() == Some(libc::ELOOP) => {
-                Self::NoName { found: "links that lead round in a circle" }
-            }
             _ => Self::Io(error),
         }
     }

@@ -12,7 +12,14 @@ use super::error::Problem;
 /// Not there, not allowed, not a regular file.
 pub(super) fn open_file(path: &Path) -> Result<(File, u64), Problem> {
     // Asked before opening: opening a pipe would wait for its writer.
-    let metadata = std::fs::metadata(path).map_err(Problem::from_opening)?;
+    let metadata = std::fs::metadata(path).map_err(|error| {
+        let is_link = std::fs::symlink_metadata(path).is_ok_and(|own| own.is_symlink());
+        match error.kind() {
+            std::io::ErrorKind::PermissionDenied => Problem::Denied,
+            _ if is_link => Problem::NoName { found: "a link that leads to no file" },
+            _ => Problem::from_opening(error),
+        }
+    })?;
     if metadata.is_dir() {
         return Err(Problem::NotAFile { found: "a folder".into() });
     }

@@ -293,7 +293,7 @@ fn arrays_that_are_too_short_or_too_long_are_named() {
         says("a.vtu", with(numbers), &["expected 4 numbers in the array \"heat\"", found]);
     }
     let many = text.replacen("NumberOfPoints=\"4\"", "NumberOfPoints=\"1000000000\"", 1);
-    says("a.vtu", many, &["1000000000 points", "bytes in all", "cut short"]);
+    says("a.vtu", many, &["100000000", "bytes in all", "cut short"]);
 }
 
 const TETRAHEDRON: &str = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\n\
@@ -329,7 +329,7 @@ fn offsets_and_connectivity_that_disagree_are_refused() {
     says("a.vtu", with(">4<", ">3<"), &["a connectivity of 3 corners", "found 4"]);
     says("a.vtu", with(">4 6<", ">6 4<"), &["a connectivity of 4 corners", "found 6"]);
     says("a.vtu", with(">4 6<", ">7 6<"), &["offsets of cells that rise", "7 after 0"]);
-    says("a.vtu", with(">17<", ">16<"), &["faces of polyhedron 0"]);
+    says("a.vtu", with(">17<", ">16<"), &["16 numbers in the array \"faces\"", "found 17"]);
     says("a.vtu", with("\"offsets\"", "\"offsts\""), &["the array \"offsets\" of cells"]);
     let lzma = with("type=", "compressor=\"vtkLZMADataCompressor\" type=");
     says("a.vtu", lzma, &["vtkLZMADataCompressor", "zlib"]);

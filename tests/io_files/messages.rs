@@ -94,7 +94,7 @@ fn names_that_lead_nowhere_are_told() {
     let file = folder.path().join("file");
     std::fs::write(&file, "x").unwrap();
     for (path, found) in [
-        (round, "in a circle"),
+        (round, "a link that leads to no file"),
         (long, "too long"),
         (file.join("a.nrrd"), "a file where a folder was to be"),
         ("a\0b.nrrd".into(), "one that the system forbids"),
@@ -243,7 +243,7 @@ fn vti_headers_that_contradict_themselves_are_quoted() {
     says("a.vti", with("0 1 0 1 0 0", "0 1 1 0 0 0"), &["extent", "\"0 1 1 0 0 0\""]);
     says("a.vti", with("UInt8", "String"), &["at least one array"]);
     says("a.vti", with("ascii", "morse"), &["ascii, binary or appended", "\"morse\""]);
-    says("a.vti", with("1 2 3 4", "1 2    3"), &["4 numbers", "after 3"]);
+    says("a.vti", with("1 2 3 4", "1 2    3"), &["4 numbers", "found 3"]);
     says("a.vti", with("1 2 3 4", "1 2 300 4"), &["uint8", "\"300\""]);
     says("a.vti", with("</VTKFile>", ""), &["</VTKFile>"]);
     says("a.vti", with("</Piece>", "</Peace>"), &["well-formed XML"]);
@@ -272,7 +272,7 @@ fn grids_that_contradict_themselves_are_quoted() {
     assert!(open(&folder.path().join("a.vtr"), &OpenOptions::default(), &Ticket::new()).is_ok());
     says("a.vtr", with("0 1.5", "0 0"), &["rise or fall", "0 after 0 along x"]);
     says("a.vtr", with("0 1.5", "0 nan"), &["finite points", "NaN along x"]);
-    says("a.vtr", with("0 1.5", "0    "), &["2 numbers", "after 1"]);
+    says("a.vtr", with("0 1.5", "0    "), &["2 numbers", "found 1"]);
     says("a.vtr", with("Coordinates", "Places"), &["Coordinates", "found 0"]);
     let points = with("RectilinearGrid", "StructuredGrid").replace("Coordinates", "Points");
     says("a.vts", &points, &["one array in the element Points", "found 3"]);

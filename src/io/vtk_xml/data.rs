@@ -59,8 +59,7 @@ pub(super) fn read(
         let found = text.split_ascii_whitespace().count();
         if found != count {
             let expected = format!("{count} numbers in the array {}", quoted(&array.name));
-            let advice =
-                "correct its length or the counts of points and cells, or copy the file again";
+            let advice = "correct its length or the counts it follows from, or copy the file again";
             return Err(match found < count {
                 true => truncated(expected, found.to_string(), advice),
                 false => header(expected, found.to_string(), advice),
