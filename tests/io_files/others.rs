@@ -56,6 +56,18 @@ fn the_same_volume_is_read_of_every_writer() {
     }
 }
 
+/// They took what the file might hold at most, a thousand times its length: 20 MB were refused.
+#[test]
+fn netcdf_4_takes_the_memory_of_its_file_and_its_variables() {
+    let open_within = |limit: u64| {
+        let options = OpenOptions { memory_limit_bytes: Some(limit), ..OpenOptions::default() };
+        open(&folder().join("n4.nc"), &options, &Ticket::new())
+    };
+    assert!(open_within(1 << 20).is_ok(), "of 12 kB");
+    let error = open_within(1 << 13).unwrap_err().to_string();
+    assert!(error.contains("fit in memory"), "{error}");
+}
+
 #[test]
 fn lengths_and_places_are_those_that_each_format_tells() {
     let of = |name: &str| {

@@ -73,7 +73,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     for (dim, axis) in dims.iter_mut().zip(&axes) {
         *dim = usize::try_from(axis.size).unwrap_or(usize::MAX);
     }
-    let total = checked_sizes(&main, dims, most_bytes, free_bytes)?;
+    let total = checked_sizes(&main, dims, (len, most_bytes), free_bytes)?;
     let lists = places::lists(&axes, &mut warnings);
 
     let mut fields = Vec::new();
@@ -198,11 +198,11 @@ fn main_variables<'a>(
     Ok(main.clone())
 }
 
-/// Numbers of all fields, which the file holds and memory can.
+/// Numbers of all fields, which the file, of so many bytes and at most so many unpacked, holds and memory can.
 fn checked_sizes(
     main: &[&NcVariable],
     dims: [usize; 3],
-    file_bytes: u64,
+    (file_bytes, most_bytes): (u64, u64),
     free_bytes: u64,
 ) -> Result<u64, Problem> {
     let (mut total, mut needed, mut fields) = (0_u64, file_bytes, 0_u64);
@@ -210,7 +210,7 @@ fn checked_sizes(
         let what = format!("the variable {}", quoted(variable.name()));
         let Some(stored) = scalar_type(variable) else { continue };
         let count = bytes::checked_count(&what, &variable.shape(), stored, u64::MAX)? as u64;
-        bytes::require_stored(count * stored.size_bytes() as u64, file_bytes)?;
+        bytes::require_stored(count * stored.size_bytes() as u64, most_bytes)?;
         total += count;
         // Once more for vectors, which are made of pairs.
         let kept = kept_type(variable).size_bytes() as u64;
