@@ -224,7 +224,8 @@ fn checked_sizes(
             "extract some of them first (ncks -d time,0,9 IN OUT)",
         ));
     }
-    let one = 16 * dims.iter().product::<usize>() as u64;
+    // A part of it, with 64 bits and with what says which are there.
+    let one = 16 * (dims.iter().product::<usize>() as u64).div_ceil(PARTS);
     memory::require("the variables of the file", needed.saturating_add(one), free_bytes)?;
     Ok(total)
 }
@@ -258,23 +259,7 @@ fn read_variable(
             *index = left % dimension.size;
             left /= dimension.size;
         }
-        let mut selections: Vec<NcSliceInfoElem> =
-            at.iter().map(|&index| NcSliceInfoElem::Index(index)).collect();
-        let all = NcSliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 };
-        selections.resize(variable.ndim(), all);
-        let slice = NcSliceInfo { selections };
-        let values = caught(|| file.read_variable_slice_unpacked_masked(variable.name(), &slice))
-            .map_err(|words| panicked(&words))?
-            .map_err(damaged)?;
-        let (values, _offset) = values.into_raw_vec_and_offset();
-        advance(values.len() as u64)?;
-        #[expect(clippy::cast_possible_truncation, reason = "the file has 24 bits at most")]
-        let samples = match kept_type(variable) {
-            ScalarType::Float32 => {
-                Samples::Float32(values.into_par_iter().map(|v| v as f32).collect())
-            }
-            _ => Samples::Float64(values),
-        };
+        let samples = entry_of(file, variable, &at, &mut advance)?;
         let told: Vec<String> = axes
             .iter()
             .zip(&at)
@@ -289,6 +274,48 @@ fn read_variable(
         });
     }
     Ok(())
+}
+
+/// Parts along its first axis in which an entry of a variable is read: its numbers come with 64 bits each.
+const PARTS: u64 = 4;
+
+/// The volume, or the plane, at so many indices of a variable.
+fn entry_of(
+    file: &NcFile,
+    variable: &NcVariable,
+    at: &[u64],
+    mut advance: impl FnMut(u64) -> Result<(), crate::core::Cancelled>,
+) -> Result<Samples, Problem> {
+    let dimensions = &variable.dimensions[at.len()..];
+    let Some(first) = dimensions.first() else {
+        return Err(corrupt("a variable with an axis", "none", "choose another file"));
+    };
+    let count = dimensions.iter().map(|dimension| dimension.size).product::<u64>();
+    let kept = kept_type(variable);
+    let mut samples = bytes::no_samples(kept);
+    bytes::reserve_samples(&mut samples, usize::try_from(count).unwrap_or(usize::MAX))?;
+    let step = first.size.div_ceil(PARTS).max(1);
+    for start in (0..first.size).step_by(usize::try_from(step).unwrap_or(usize::MAX)) {
+        let mut selections: Vec<NcSliceInfoElem> =
+            at.iter().map(|&index| NcSliceInfoElem::Index(index)).collect();
+        let end = (start + step).min(first.size);
+        selections.push(NcSliceInfoElem::Slice { start, end, step: 1 });
+        let all = NcSliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 };
+        selections.resize(variable.ndim(), all);
+        let slice = NcSliceInfo { selections };
+        let values = caught(|| file.read_variable_slice_unpacked_masked(variable.name(), &slice))
+            .map_err(|words| panicked(&words))?
+            .map_err(damaged)?;
+        let (values, _offset) = values.into_raw_vec_and_offset();
+        advance(values.len() as u64)?;
+        #[expect(clippy::cast_possible_truncation, reason = "the file has 24 bits at most")]
+        match &mut samples {
+            Samples::Float32(kept) => kept.par_extend(values.into_par_iter().map(|v| v as f32)),
+            Samples::Float64(kept) => kept.extend(values),
+            _ => {}
+        }
+    }
+    Ok(samples)
 }
 
 /// Winds along x and y, and up where that is told in the same units, as fields of vectors.
