@@ -14,7 +14,7 @@ const STEPS: [f64; 2] = [0.5, -0.53];
 const TURNS: u64 = 30;
 /// How far along each axis a corner may move from the middle of its cell, steps of the lattice: no sample lies on a surface,
 /// and each on its own side.
-const REACH: f64 = 0.45;
+const REACH: f64 = 0.35;
 /// Of a cell that no border goes through.
 const NONE: u32 = u32::MAX;
 
@@ -305,7 +305,7 @@ mod tests {
         let radius: f64 = 7.3;
         let found = (area(&surfaces[1]), volume(&surfaces[1]));
         let expected = (4.0 * PI * radius.powi(2), 4.0 / 3.0 * PI * radius.powi(3));
-        // Measured: 2.5 % and 0.6 % more. The stairs of the samples have 1.5 times the area; without the way back the volume
+        // Measured: 3.0 % and 0.4 % more. The stairs of the samples have 1.5 times the area; without the way back the volume
         // is 13 % less.
         assert!((found.0 / expected.0 - 1.0).abs() < 0.035, "{found:?} {expected:?}");
         assert!((found.1 / expected.1 - 1.0).abs() < 0.015, "{found:?} {expected:?}");
@@ -387,6 +387,10 @@ mod tests {
                 (within - 1.0).abs() < 1e-9 && volume(&surfaces[1]) > 0.0,
                 "{dims:?}: {within}"
             );
+            // One sample alone is drawn in by all of its neighbours. Measured: 0.41 of a step; by 0.45 it was 0.14.
+            let xs = surfaces[1].corners.iter().map(|corner| corner.x);
+            let [low, high] = [xs.clone().fold(9.0, f64::min), xs.fold(-9.0, f64::max)];
+            assert!(high - low > 0.39, "{dims:?}: {low} to {high}");
         }
         let ticket = Ticket::new();
         ticket.cancel();
