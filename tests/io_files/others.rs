@@ -97,6 +97,14 @@ fn lengths_and_places_are_those_that_each_format_tells() {
     assert_eq!((ome.spacing, unit.as_deref()), (DVec3::new(0.1, 0.2, 0.3), Some("µm")));
 }
 
+/// The first by name, which says nothing, was asked alone.
+#[test]
+fn hdf5_lies_where_one_of_its_data_sets_says() {
+    let several = read("several.h5").grid;
+    let unit = several.unit.as_deref();
+    assert_eq!((several.lattice.spacing, unit), (DVec3::new(0.25, 0.5, 2.0), Some("µm")));
+}
+
 #[test]
 fn arrays_channels_and_times_are_fields() {
     let names = |opened: &Opened| -> Vec<String> {

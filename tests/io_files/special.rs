@@ -471,6 +471,25 @@ fn zarr_chunks_of_any_order_are_laid_beside_what_fills_their_gaps() {
 }
 
 #[test]
+fn what_is_not_stored_of_half_floats_has_their_fill_value() {
+    for (fill, expected) in [("\"NaN\"", f32::NAN), ("2.5", 2.5), ("0", 0.0)] {
+        let array = format!(
+            r#"{{"zarr_format": 2, "shape": [2, 4], "chunks": [2, 2], "dtype": "<f2", "order": "C",
+            "fill_value": {fill}, "compressor": null, "filters": null}}"#
+        );
+        // 1 in the first chunk; the second is not there.
+        let chunk = [0x00, 0x3c].repeat(4);
+        let folder = zarr(&[(".zarray", array.as_bytes()), ("0.0", &chunk)]);
+        let opened = read(folder.path(), "v.zarr");
+        let Samples::Float32(found) = &*opened.grid.fields[0].samples else { panic!("{fill}") };
+        let is_it =
+            |at: usize, value: f32| found[at] == value || found[at].is_nan() && value.is_nan();
+        assert!(is_it(0, 1.0) && is_it(5, 1.0), "{found:?}");
+        assert!([2, 3, 6, 7].into_iter().all(|at| is_it(at, expected)), "{fill}: {found:?}");
+    }
+}
+
+#[test]
 fn zarr_shards_may_begin_with_their_index() {
     let array = br#"{"zarr_format": 3, "node_type": "array", "shape": [2, 2], "data_type": "uint8",
         "fill_value": 0, "chunk_key_encoding": {"name": "default"},
