@@ -141,8 +141,11 @@ impl Cells {
         let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
         let lists = if solids.is_empty() { (starts, corners) } else { (Vec::new(), Vec::new()) };
         // By cells of the file, whatever they were split into.
-        for own in solids.iter().zip(&sources).collect::<Vec<_>>().chunk_by(|a, b| a.1 == b.1) {
-            let placed = own.iter().map(|(solid, _)| solid.placed(&points));
+        let mut rest = &solids[..];
+        for own in sources.chunk_by(|a, b| a == b) {
+            let (own, behind) = rest.split_at(own.len());
+            rest = behind;
+            let placed = own.iter().map(|solid| solid.placed(&points));
             let (volume, is_flat) = placed.fold((0.0, true), |(sum, all_flat), placed| {
                 (sum + placed.volume(), all_flat && placed.is_flat())
             });

@@ -207,19 +207,17 @@ fn range_words(statistics: &Statistics) -> String {
 pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Scene, Failure> {
     let (source, volume) = scalar(input, flags.field.as_deref(), flags.component)?;
     let mut opening = scene::first_look(source, Arc::clone(&volume), input.grid.space.as_deref());
+    let orientation = Orientation::of(input.grid.space.as_deref()).with_up(flags.camera_up_axis);
     if let Some(up) = flags.camera_up_axis {
-        let orientation = Orientation::of(input.grid.space.as_deref()).with_up(Some(up));
         let (direction, shown_up) = orientation.first_view().direction_and_up(orientation);
         if let Some(transfer) = opening.transfer() {
             opening.camera = framing_what_shows(&volume, transfer, direction, shown_up);
         }
-        // Whatever direction is looked along.
-        opening.camera.up = up.vector();
         opening.up = Some(up);
     }
-    if flags.camera_direction.is_some() && flags.camera_up_axis.is_none() {
-        // Up as the world has it, not as the first view happens to be tilted.
-        opening.camera.up = Orientation::of(input.grid.space.as_deref()).up.vector();
+    if flags.camera_direction.is_some() || flags.camera_up_axis.is_some() {
+        // Up as the world has it, whatever direction is looked along, not as the first view happens to be tilted.
+        opening.camera.up = orientation.up.vector();
     }
     let camera = camera(flags, &opening.camera);
     no_up(flags, &camera).iter().for_each(|what| note(what));

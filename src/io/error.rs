@@ -113,19 +113,16 @@ impl Problem {
     }
 
     /// The same of a file that another one names.
-    pub(super) fn in_piece(self, name: &str) -> Self {
-        let of = |mut mismatch: Mismatch| {
+    pub(super) fn in_piece(mut self, name: &str) -> Self {
+        if let Self::Unrecognised(mismatch)
+        | Self::Header(mismatch)
+        | Self::Unsupported(mismatch)
+        | Self::Truncated(mismatch)
+        | Self::Corrupt(mismatch) = &mut self
+        {
             mismatch.found = format!("{} in the piece {}", mismatch.found, quoted(name));
-            mismatch
-        };
-        match self {
-            Self::Unrecognised(mismatch) => Self::Unrecognised(of(mismatch)),
-            Self::Header(mismatch) => Self::Header(of(mismatch)),
-            Self::Unsupported(mismatch) => Self::Unsupported(of(mismatch)),
-            Self::Truncated(mismatch) => Self::Truncated(of(mismatch)),
-            Self::Corrupt(mismatch) => Self::Corrupt(of(mismatch)),
-            other => other,
         }
+        self
     }
 
     /// What opening or inspecting a file told.

@@ -263,8 +263,8 @@ fn points(
         if names.is_some() {
             let used = [0, 1, 2].map(|at| quoted(&named(at))).join(", ");
             warnings.push(format!(
-                "no columns are called x, y and z: the first three, {used}, are taken for these; name others so to have \
-                 them"
+                "no columns are called x, y and z: the first three, {used}, are taken for these; rename the columns \
+                 that hold the place"
             ));
         }
         [0, 1, 2]

@@ -8,6 +8,7 @@ use super::axes;
 use super::bytes::{DEFLATE_MOST, no_samples, reserve_samples};
 use super::error::{Problem, header, quoted, truncated, unsupported};
 use crate::cells::{Cells, CellsError, Listing};
+use crate::core::counted;
 use crate::core::memory::{self, TooLarge};
 use crate::rbf::log_densities;
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
@@ -520,18 +521,15 @@ fn flat_cells(types: &[u8]) -> Option<String> {
     match (flat, has_solids) {
         (0, _) => None,
         (flat, true) => Some(format!(
-            "{} no volume and are not drawn with those that do; as polygons (--mesh) they are",
-            counted_have(flat)
+            "{} {} no volume: left out here; to see such cells, embed the file as polygons (--mesh)",
+            counted(flat, "cell"),
+            if flat == 1 { "has" } else { "have" }
         )),
         (_, false) => Some(
-            "no cell has a volume: the points are shown; as polygons (--mesh) the cells are, in a volume"
+            "no cell has a volume: the points are shown; to see the cells, embed the file as polygons in a volume (--mesh)"
                 .to_owned(),
         ),
     }
-}
-
-fn counted_have(cells: usize) -> String {
-    if cells == 1 { "1 cell has".to_owned() } else { format!("{cells} cells have") }
 }
 
 /// Gives arrays of one name on the same places names of their own.

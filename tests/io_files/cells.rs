@@ -254,7 +254,7 @@ fn headers_of_tables_are_read_as_programs_write_them() {
     let (_, _, said) = names_of("a,b,c\n1,2,3,4\n5,6,7,8\n");
     assert!(said.contains("another number of words than the rows, 4"), "{said}");
     let (_, _, said) = names_of("a,b,c,d\n1,2,3,4\n5,6,7,8\n");
-    assert!(said.contains("\"a\", \"b\", \"c\"") && said.contains("name others so"), "{said}");
+    assert!(said.contains("\"a\", \"b\", \"c\"") && said.contains("rename the columns"), "{said}");
     says("a.csv", "x,y,z\n1,2,none\n", &["a table of points", "\"x,y,z\"", "leave words out"]);
 }
 
