@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::core::Ticket;
-use crate::io::{Encoded, Series};
+use crate::io::{Encoded, Series, mesh};
+use crate::polygons::Mesh;
 use crate::scene::FirstLook;
 use crate::transfer::{TransferFunction, presets};
 use crate::volume::{
-    Component, Grid, ScalarType, ScalarVolume, Shape, Statistics, VectorField, VolumeError, demo,
+    Component, Field, Grid, ScalarType, ScalarVolume, Shape, Statistics, VectorField, VolumeError,
+    demo,
 };
 
 /// The prefix of volumes made in code.
@@ -248,6 +250,8 @@ pub struct Document {
     pub volume: Arc<ScalarVolume>,
     /// What is first seen of it.
     pub first_look: FirstLook,
+    /// Its polygons, where it has nothing else, and what the drawn field is called among the numbers on them.
+    pub surface: Option<(Arc<Mesh>, String)>,
     /// The vectors that it opens with: of its first field, where that has three components, or of a demo's wind.
     pub vectors: Option<Arc<VectorField>>,
     /// Whether they flow from the start.
@@ -271,6 +275,22 @@ pub struct EncodedField {
     pub component: Component,
     /// The functions, and how far they are from the samples.
     pub encoded: Arc<Encoded>,
+}
+
+/// The polygons of a file that has nothing else.
+fn surface_of(
+    source: &Source,
+    grid: &Grid,
+    (field, component): (&Field, Component),
+    ticket: &Ticket,
+) -> Result<Option<(Arc<Mesh>, String)>, ReadFailure> {
+    let Some(path) = source.path() else { return Ok(None) };
+    let mesh = mesh::surface_of(path, grid, (field, component), ticket);
+    let mesh = mesh.map_err(|error| match error.is_cancelled() {
+        true => ReadFailure::Cancelled,
+        false => ReadFailure::Refused(error.to_string()),
+    })?;
+    Ok(mesh.map(|mesh| (Arc::new(mesh), mesh::array_name(field, component))))
 }
 
 impl Document {
@@ -303,6 +323,7 @@ impl Document {
             (None, _) => None,
         };
         let flows = flowing.is_some();
+        let surface = surface_of(&source, &grid, (field, component), ticket)?;
         let first_look = library.first_look(&volume, grid.space.as_deref());
         Ok(Self {
             source,
@@ -313,6 +334,7 @@ impl Document {
             component,
             volume,
             first_look,
+            surface,
             vectors,
             flows,
             warnings,
@@ -376,7 +398,8 @@ impl Document {
         })?;
         let volume = self.grid.scalar(chosen, component, ticket)?;
         let first_look = library.first_look(&volume, self.grid.space.as_deref());
-        let mut other = Self { field, component, first_look, ..self };
+        let surface = surface_of(&self.source, &self.grid, (chosen, component), ticket)?;
+        let mut other = Self { field, component, first_look, surface, ..self };
         if other.residual() == Some(field) {
             // It is a cloud of both signs, whatever its values are like.
             other.first_look.transfer = presets::of_differences(&volume.statistics);

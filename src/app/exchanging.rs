@@ -118,15 +118,21 @@ impl Window {
         }
     }
 
-    /// Opens a file that was dropped or chosen: a transfer function by its name, else a volume.
+    /// Opens a file that was dropped or chosen: a transfer function by its name, polygons into the file that is open, else a
+    /// volume, or a surface by itself, which demos give way to.
     pub(super) fn open_any(&mut self, ctx: &Context, path: PathBuf) {
         if transfer_file::is_named_so(&path) {
             self.load_transfer(ctx, path);
-        } else if MeshFormat::of(&path).is_some() {
+        } else if MeshFormat::of(&path).is_some() && self.has_file() {
             self.embed(ctx, Surfaces::Polygons, path);
         } else {
             self.open(ctx, Source::File(path));
         }
+    }
+
+    /// Whether what is open is a file, rather than a demo or nothing.
+    fn has_file(&self) -> bool {
+        self.document.as_ref().is_some_and(|document| document.source.path().is_some())
     }
 
     fn load_transfer(&mut self, ctx: &Context, path: PathBuf) {

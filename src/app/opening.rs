@@ -20,8 +20,8 @@ use crate::core::{Camera, Projection};
 use crate::io::Series;
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    Inside, Look, Orientation, SampleSource, Sampled, Scene, Shading, SplatSettings, VectorLayer,
-    offers, projected_range,
+    ByArray, Inside, Layer, Look, Orientation, PolygonLayer, SampleSource, Sampled, Scene, Shading,
+    SplatSettings, VectorLayer, offers, projected_range,
 };
 use crate::task::transfer_file;
 
@@ -35,11 +35,38 @@ pub(super) struct Loading {
     companions: Vec<PathBuf>,
 }
 
+/// Puts the surface that a file is into its scene: where it is there already, for another field, it looks as before but for its
+/// colours.
+fn show_surface(scene: &mut Scene, source: SampleSource, layer: PolygonLayer) {
+    let is_it =
+        |old: &Layer| (&old.source.path, &old.source.field) == (&source.path, &source.field);
+    match scene.layers.iter().position(is_it) {
+        Some(at) => {
+            let (old, is_shown) = (scene.layers[at].look.clone(), scene.layers[at].is_shown);
+            let mut look = layer.look;
+            if let Look::Polygons(old) = old {
+                let map = old.by.map(|by| by.map);
+                look.by = look.by.map(|by| ByArray { map: map.unwrap_or(by.map), ..by });
+                (look.opacity, look.is_smooth) = (old.opacity, old.is_smooth);
+            }
+            scene.replace(at, source, PolygonLayer { look, ..layer });
+            scene.layers[at].is_shown = is_shown;
+        }
+        None => {
+            scene.add(source, layer);
+            scene.show_field(false);
+        }
+    }
+}
+
 /// Whether a source is no volume and belongs into one.
 fn is_companion(source: &Source) -> bool {
-    let is_named_so =
-        |path: &PathBuf| MeshFormat::of(path).is_some() || transfer_file::is_named_so(path);
-    matches!(source, Source::File(path) if is_named_so(path))
+    let is_of_transfer = matches!(source, Source::File(path) if transfer_file::is_named_so(path));
+    is_of_transfer || is_of_polygons(source)
+}
+
+fn is_of_polygons(source: &Source) -> bool {
+    matches!(source, Source::File(path) if MeshFormat::of(path).is_some())
 }
 
 impl Window {
@@ -79,10 +106,15 @@ impl Window {
         self.undescribed = None;
     }
 
-    /// Opens the first volume of several sources, or the first demo for none, and puts polygons and a
-    /// transfer function among them into it; the other volumes are remembered.
+    /// Opens the first volume of several sources, without any the first file of polygons, or the first demo for none, and puts
+    /// polygons and a transfer function among them into it; the other volumes are remembered.
     pub fn open_all(&mut self, ctx: &Context, sources: Vec<Source>) {
-        let (companions, volumes): (Vec<_>, Vec<_>) = sources.into_iter().partition(is_companion);
+        let (mut companions, mut volumes): (Vec<_>, Vec<_>) =
+            sources.into_iter().partition(is_companion);
+        if let Some(at) = companions.iter().position(is_of_polygons).filter(|_| volumes.is_empty())
+        {
+            volumes.push(companions.remove(at));
+        }
         for other in volumes.iter().skip(1).rev() {
             self.remember(other);
         }
@@ -152,6 +184,7 @@ impl Window {
         let path = document.source.key();
         let name = document.grid.fields.get(document.field).map_or("", |field| &field.name);
         let source = SampleSource::component(&path, name, document.component);
+        let colours = look.transfer.colour.clone();
         let field = (Sampled::Volume(volume), Look::Field(look.transfer));
         let camera = before.as_ref().filter(|_| keep_view).map(|scene| scene.camera);
         let unframed = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0);
@@ -179,6 +212,11 @@ impl Window {
             };
             scene.add(source, layer);
             scene.show_field(false);
+        }
+        if let Some((mesh, name)) = &document.surface {
+            let source = SampleSource::whole(&path, mesh.name());
+            let layer = PolygonLayer::of_surface(Arc::clone(mesh), name, &colours);
+            show_surface(&mut scene, source, layer);
         }
         if camera.is_none() {
             let orientation = Orientation::of(document.grid.space.as_deref()).with_up(scene.up);

@@ -9,7 +9,9 @@ use glam::DVec3;
 use super::viewport::PixelArea;
 use super::{theme, words};
 use crate::scene::{AlongRay, Scene, axis_letters};
-use crate::task::probe::{Answer, FIRST_SEEN, Look, Met, Point, ProbedVector, Prober, Seen};
+use crate::task::probe::{
+    Answer, FIRST_SEEN, Look, Met, Point, ProbedVector, Prober, Seen, VectorPlace,
+};
 
 /// Distance of the words from the viewport's left and top edges, and around them, points.
 const INSET: f32 = 12.0;
@@ -141,12 +143,15 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
         )),
         Ok(Seen::Point(point)) => {
             let unit = words::value(answer.look.scene.opacity_unit_distance());
-            let Point { met, world, index, value, gradient, opacity, vectors } = *point;
+            let Point { met, world, index, cell, value, gradient, opacity, vectors } = *point;
             let gathered = percent(answer.look.share);
             let mut rows = vec![("World", named(world, axis_letters(space)))];
             if answer.look.scene.shows_field() {
                 rows.extend([
-                    ("Index", named(index, ["i", "j", "k"])),
+                    match cell {
+                        Some(cell) => ("Cell", cell.to_string()),
+                        None => ("Index", named(index, ["i", "j", "k"])),
+                    },
                     ("Value", words::value(value)),
                     ("Gradient", format!("{} a unit", words::value(gradient.length()))),
                     ("", named(gradient, axis_letters(space))),
@@ -154,10 +159,13 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
                 ]);
             }
             rows.push(("", met_words(met, &gathered)));
-            for ProbedVector { index, vector, length, .. } in vectors.into_iter().flatten() {
-                let [i, j, k] = index;
+            for ProbedVector { place, vector, length, .. } in vectors.into_iter().flatten() {
                 let length = words::value(length);
-                rows.push(("Vector", format!("{length} long, nearest at i {i}   j {j}   k {k}")));
+                let place = match place {
+                    VectorPlace::Index([i, j, k]) => format!("nearest at i {i}   j {j}   k {k}"),
+                    VectorPlace::Cell(cell) => format!("in cell {cell}"),
+                };
+                rows.push(("Vector", format!("{length} long, {place}")));
                 rows.push(("", named(vector, axis_letters(space))));
             }
             rows

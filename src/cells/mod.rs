@@ -1,10 +1,11 @@
 //! Fields on cells that lie anywhere: tetrahedra, hexahedra, wedges, pyramids, and what is split into these.
 //!
 //! Owns the cells of unstructured and curvilinear grids ([`Cells`]), the shape functions between their points
-//! ([`Solid`]), which of them lie near a place ([`Listed`]), their outer faces ([`Cells::surface`]), and one number on
+//! ([`Solid`]), which of them lie near a place ([`Listed`]) or hold it ([`Finder`]), their outer faces ([`Cells::surface`]), and one number on
 //! them ([`CellField`]). Refuses files, lattices of samples and drawing. Imports `core`.
 
 mod field;
+mod finder;
 mod listed;
 mod solid;
 mod split;
@@ -16,6 +17,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 pub use field::{CellField, On};
+pub use finder::Finder;
 pub use listed::Listed;
 pub use solid::{Kind, Placed, Rim, Solid};
 pub use surface::Face;
@@ -82,6 +84,8 @@ pub struct Cells {
     sources: Vec<u32>,
     /// Of the file's polygons.
     triangles: Vec<[u32; 3]>,
+    /// Which of the file's cells each of these is of.
+    triangle_sources: Vec<u32>,
     /// Where no cell has volume, where the corners of each begin, and the last end; and these.
     lists: (Vec<usize>, Vec<u32>),
     census: Census,
@@ -137,7 +141,7 @@ impl Cells {
             )]
             sources.resize(split.solids.len(), cell as u32);
         }
-        let split::Split { solids, blends, added, triangles, .. } = split;
+        let split::Split { solids, blends, added, triangles, triangle_sources, .. } = split;
         let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
         let lists = if solids.is_empty() { (starts, corners) } else { (Vec::new(), Vec::new()) };
         // By cells of the file, whatever they were split into.
@@ -160,6 +164,7 @@ impl Cells {
             solids,
             sources,
             triangles,
+            triangle_sources,
             lists,
             census,
             median_edge: OnceLock::new(),
@@ -189,6 +194,7 @@ impl Cells {
             solids,
             sources,
             triangles: Vec::new(),
+            triangle_sources: Vec::new(),
             lists: (Vec::new(), Vec::new()),
             census: Census { by_type, ..Census::default() },
             median_edge: OnceLock::new(),
@@ -244,11 +250,20 @@ impl Cells {
         sums.into_iter().map(mean).collect()
     }
 
-    /// Triangles of the file's polygons, and of the solids' outer faces.
-    pub fn triangles(&self) -> Vec<[u32; 3]> {
+    /// Triangles of the file's polygons, and of the solids' outer faces, each with the file's cell that it is of.
+    pub fn triangles(&self) -> Vec<([u32; 3], u32)> {
         let faces = self.surface(|_| true);
-        let outer = faces.iter().flat_map(Face::triangles);
-        self.triangles.iter().copied().chain(outer).collect()
+        let outer = faces.iter().flat_map(|face| {
+            let source = self.sources[face.solid as usize];
+            face.triangles().map(move |triangle| (triangle, source))
+        });
+        let own = self.triangles.iter().copied().zip(self.triangle_sources.iter().copied());
+        own.chain(outer).collect()
+    }
+
+    /// Whether it is a surface: polygons, and no cell with volume.
+    pub fn is_surface(&self) -> bool {
+        self.solids.is_empty() && !self.triangles.is_empty()
     }
 
     /// What is known of the file's cells.

@@ -19,6 +19,8 @@ pub(super) struct Split<'a> {
     pub solids: Vec<Solid>,
     /// Of cells without volume, those that are polygons.
     pub triangles: Vec<[u32; 3]>,
+    /// Which of the file's cells each of these is of.
+    pub triangle_sources: Vec<u32>,
     pub blends: Vec<Blend>,
     /// Places of the blends.
     pub added: Vec<DVec3>,
@@ -34,6 +36,7 @@ impl<'a> Split<'a> {
             points,
             solids: Vec::new(),
             triangles,
+            triangle_sources: Vec::new(),
             blends: Vec::new(),
             added: Vec::new(),
             known: none,
@@ -62,7 +65,7 @@ impl<'a> Split<'a> {
         };
         match kind {
             5..=9 | 22 | 23 | 28 => {
-                self.polygon(kind, corners);
+                self.polygon(kind, corners, cell);
                 Ok(false)
             }
             // Nothing, points, lines, and polygons of other curves.
@@ -109,7 +112,7 @@ impl<'a> Split<'a> {
 
     /// A polygon's triangles: all from its first corner, of strips one after another, of quadratic ones at the middles of their
     /// edges, too.
-    fn polygon(&mut self, kind: u8, c: &[u32]) {
+    fn polygon(&mut self, kind: u8, c: &[u32], cell: usize) {
         let fan = |ring: &[u32]| -> Vec<[u32; 3]> {
             let [first, rest @ ..] = ring else { return Vec::new() };
             rest.windows(2).map(|pair| [*first, pair[0], pair[1]]).collect()
@@ -134,6 +137,8 @@ impl<'a> Split<'a> {
             _ => fan(c),
         };
         self.triangles.extend(found);
+        #[expect(clippy::cast_possible_truncation, reason = "files have fewer cells than 2^32")]
+        self.triangle_sources.resize(self.triangles.len(), cell as u32);
     }
 
     /// The mean of points, with weights that belong to them.

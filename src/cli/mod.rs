@@ -30,7 +30,6 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use crate::io::mesh::MeshFormat;
 use crate::task::engines::Choice;
 use crate::task::output_file::{OutputFile, is_one_place};
 use crate::task::transfer_file::is_named_so;
@@ -114,10 +113,10 @@ fn open_window(
     let choice = flags.engine.choice()?;
     // The window tells what is wrong with a file; a wrong name is wrong usage here as anywhere.
     flags.files.iter().try_for_each(|file| open::check_name(file))?;
-    let belongs_into_one = |file: &PathBuf| MeshFormat::of(file).is_some() || is_named_so(file);
-    if let Some(last) = flags.files.last().filter(|_| flags.files.iter().all(belongs_into_one)) {
+    let is_of_transfer = |file: &PathBuf| is_named_so(file);
+    if let Some(last) = flags.files.last().filter(|_| flags.files.iter().all(is_of_transfer)) {
         return Err(Failure::Usage(format!(
-            "expected a volume to put polygons and transfer functions into, found none; name one beside \
+            "expected a volume that transfer functions are of, found none; name one beside \
              them, which may be demo:head: {}",
             last.display()
         )));

@@ -11,7 +11,8 @@ use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
 use crate::scene::{
-    self, Orientation, SampleSource, Scene, Shading, SplatSettings, framing_what_shows,
+    self, Orientation, PolygonLayer, SampleSource, Scene, Shading, SplatSettings,
+    framing_what_shows,
 };
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
@@ -234,6 +235,27 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
         note(&sentence);
     }
     Ok(Scene { camera, splat, shading, ..opening })
+}
+
+/// The polygons of a file that has nothing else, which are seen in place of its points unless the flags say how those are
+/// drawn.
+pub(super) fn own_surface(
+    input: &Input,
+    flags: &SceneFlags,
+    scene: &Scene,
+    mode: Mode,
+) -> Result<Option<(SampleSource, PolygonLayer)>, Failure> {
+    let asks_for_points = mode.is_asked_for || flags.opacity.is_some() || flags.transfer.is_some();
+    let Some(transfer) = scene.transfer().filter(|_| !asks_for_points) else { return Ok(None) };
+    let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
+    let field = input.field(flags.field.as_deref()).map_err(failed)?;
+    let component = flags.component.unwrap_or(Component::usual(field.components));
+    let drawn = (field, component);
+    let mesh = io::mesh::surface_of(&input.path, &input.grid, drawn, &Ticket::new());
+    let Some(mesh) = mesh.map_err(Failure::failed)? else { return Ok(None) };
+    let name = io::mesh::array_name(field, component);
+    let source = input.source(mesh.name());
+    Ok(Some((source, PolygonLayer::of_surface(Arc::new(mesh), &name, &transfer.colour))))
 }
 
 /// The mode by the flags.

@@ -8,18 +8,21 @@ use clap::Args;
 use super::{Failure, note, values};
 use crate::core::{Srgb8, Ticket};
 use crate::io::{labels, mesh};
-use crate::scene::{PolygonLayer, PolygonLook, SampleSource, place_over};
+use crate::polygons::Mesh;
+use crate::scene::{ByArray, PolygonLayer, PolygonLook, SampleSource, place_over};
+use crate::transfer::ColourMap;
 use crate::volume::Lattice;
 
 /// Polygons among what else is seen.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Polygons")]
 pub struct PolygonFlags {
-    /// Embed the polygons of an STL, PLY or OBJ file, in the volume's world space and lit from both
-    /// sides: in their own colours or one; opaque, or of an opacity from 0 to 1; each flat, or smooth (by
-    /// the file's normals, or means of neighbours) [default: smooth where the file has normals]. May be
-    /// given again
-    #[arg(long, value_name = "FILE[,color=RRGGBB][,opacity=A][,shading=flat|smooth]",
+    /// Embed the polygons of an STL, PLY or OBJ file, or the surface of a mesh of VTK or Exodus, in the volume's world space
+    /// and lit from both sides: in their own colours or one, or by one of the file's arrays of numbers (map: a colour map;
+    /// range: the numbers that take its first and last colour); opaque, or of an opacity from 0 to 1; each flat, or smooth (by
+    /// the file's normals, or means of neighbours) [default: smooth where the file has normals]. May be given again
+    #[arg(long,
+        value_name = "FILE[,color=RRGGBB][,by=ARRAY[,map=NAME][,range=LOW:HIGH]][,opacity=A][,shading=flat|smooth]",
         value_parser = mesh_at)]
     pub mesh: Vec<MeshAt>,
 
@@ -35,6 +38,10 @@ pub struct PolygonFlags {
 pub struct MeshAt {
     path: PathBuf,
     colour: Option<Srgb8>,
+    /// The array whose numbers colour it.
+    by: Option<String>,
+    map: Option<ColourMap>,
+    range: Option<[f64; 2]>,
     opacity: f64,
     is_smooth: Option<bool>,
 }
@@ -43,6 +50,28 @@ impl MeshAt {
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The colours by an array that were asked for.
+    ///
+    /// # Errors
+    /// No such array, or one without any number.
+    fn by_of(&self, mesh: &Mesh) -> Result<Option<ByArray>, String> {
+        let Some(name) = &self.by else { return Ok(None) };
+        let names: Vec<&str> = mesh.arrays().iter().map(|array| &*array.name).collect();
+        let file = self.path.display();
+        let array = names.iter().position(|known| known == name).ok_or_else(|| {
+            let known = match &names[..] {
+                [] => "none: leave by= out".to_owned(),
+                names => format!("{}; choose one of these", names.join(", ")),
+            };
+            format!("expected the name of an array of numbers, found {name}, and the file has {known}: {file}")
+        })?;
+        let own = mesh.arrays()[array].range().ok_or_else(|| {
+            format!("expected numbers in the array {name}, found that none is finite; choose another: {file}")
+        })?;
+        let map = self.map.unwrap_or(ColourMap::Viridis);
+        Ok(Some(ByArray { array, map, range: self.range.unwrap_or(own) }))
     }
 }
 
@@ -94,7 +123,8 @@ impl PolygonFlags {
             let source = SampleSource::whole(&opened.path, opened.mesh.name());
             let PolygonLayer { mesh, look } = PolygonLayer::new(Arc::new(opened.mesh));
             let is_smooth = asked.is_smooth.unwrap_or(look.is_smooth);
-            let look = PolygonLook { colour: asked.colour, opacity: asked.opacity, is_smooth };
+            let by = asked.by_of(&mesh).map_err(Failure::Failed)?;
+            let look = PolygonLook { colour: asked.colour, by, opacity: asked.opacity, is_smooth };
             look.check().map_err(|error| Failure::Usage(error.to_string()))?;
             Ok((source, PolygonLayer { mesh, look }))
         });
@@ -105,11 +135,15 @@ impl PolygonFlags {
 /// A file's name, which may hold commas, and after it what is said of its polygons.
 fn mesh_at(text: &str) -> Result<MeshAt, String> {
     let (mut colour, mut opacity, mut is_smooth) = (None, None, None);
+    let (mut by, mut map, mut range) = (None, None, None);
     let mut rest = text;
     while let Some((before, last)) = rest.rsplit_once(',') {
         let Some((key, value)) = last.split_once('=') else { break };
         let is_new = match key {
             "color" => colour.replace(values::colour(value)?).is_none(),
+            "by" => by.replace(value.to_owned()).is_none(),
+            "map" => map.replace(values::colour_map(value)?).is_none(),
+            "range" => range.replace(ends(value)?).is_none(),
             "opacity" => opacity.replace(values::share(value)?).is_none(),
             "shading" => {
                 let smooth = match value {
@@ -134,13 +168,38 @@ fn mesh_at(text: &str) -> Result<MeshAt, String> {
     if let Some(key) = unknown_key(rest) {
         let key = values::found(key);
         return Err(format!(
-            "expected color=, opacity= or shading= after the file's name, found {key}"
+            "expected color=, by=, map=, range=, opacity= or shading= after the file's name, found {key}"
         ));
     }
     if rest.is_empty() {
         return Err(format!("expected the name of a file, found {}", values::found(text)));
     }
-    Ok(MeshAt { path: PathBuf::from(rest), colour, opacity: opacity.unwrap_or(1.0), is_smooth })
+    match (&by, &colour, map.is_some() || range.is_some()) {
+        (Some(_), Some(_), _) => {
+            return Err(format!(
+                "expected one of color= and by=, found both in {}",
+                values::found(text)
+            ));
+        }
+        (None, _, true) => {
+            return Err(format!(
+                "expected by=ARRAY with map= or range=, which colour numbers, found none in {}",
+                values::found(text)
+            ));
+        }
+        _ => {}
+    }
+    let (path, opacity) = (PathBuf::from(rest), opacity.unwrap_or(1.0));
+    Ok(MeshAt { path, colour, by, map, range, opacity, is_smooth })
+}
+
+/// Two different numbers with a colon between.
+fn ends(text: &str) -> Result<[f64; 2], String> {
+    let wrong =
+        || format!("expected two different numbers LOW:HIGH, found {}", values::found(text));
+    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
+    let ends = [values::number(low)?, values::number(high)?];
+    if ends[0] == ends[1] { Err(wrong()) } else { Ok(ends) }
 }
 
 /// What stands before "=" behind the last comma of a name that is none of a file.
@@ -154,8 +213,8 @@ fn unknown_key(name: &str) -> Option<&str> {
 /// A file's name, and after it how opaque the surfaces of its labels are.
 fn labels_at(text: &str) -> Result<MeshAt, String> {
     let asked = mesh_at(text)?;
-    match (asked.colour, asked.is_smooth) {
-        (None, None) => Ok(asked),
+    match (asked.colour, asked.is_smooth, &asked.by) {
+        (None, None, None) => Ok(asked),
         _ => Err(format!("expected FILE[,opacity=A], found {}", values::found(text))),
     }
 }
@@ -181,9 +240,19 @@ mod tests {
         assert_eq!((plain.colour, plain.opacity, plain.is_smooth), (None, 1.0, None));
         let said = mesh_at("x.ply,shading=flat,color=#ff8000,opacity=0.5").unwrap();
         let colour = Some(Srgb8([255, 128, 0]));
-        let expected =
-            MeshAt { path: "x.ply".into(), colour, opacity: 0.5, is_smooth: Some(false) };
+        let expected = MeshAt {
+            path: "x.ply".into(),
+            colour,
+            by: None,
+            map: None,
+            range: None,
+            opacity: 0.5,
+            is_smooth: Some(false),
+        };
         assert_eq!(said, expected);
+        let by = mesh_at("x.vtu,by=T,map=inferno,range=1:5").unwrap();
+        assert_eq!((by.by.as_deref(), by.map), (Some("T"), Some(ColourMap::Inferno)));
+        assert_eq!(by.range, Some([1.0, 5.0]));
     }
 
     #[test]
@@ -197,6 +266,11 @@ mod tests {
             "x,opacity=1,opacity=1",
             "x,colour=ff0000",
             "x,colour=ff0000,opacity=1",
+            "x,by=T,color=ff0000",
+            "x,map=viridis",
+            "x,range=0:1",
+            "x,by=T,range=1:1",
+            "x,by=T,map=none",
         ] {
             let refused = mesh_at(wrong).unwrap_err();
             assert!(refused.contains("expected") && refused.contains("found"), "{refused}");

@@ -12,7 +12,7 @@ use super::vectors::Vectors;
 use super::{Destination, Failure, note, notes, open};
 use crate::core::Ticket;
 use crate::scene::{AlongRay, Scene, VectorLayer, axis_letters};
-use crate::task::probe::{FIRST_SEEN, Look, Met, Point, ProbedVector, Seen, look};
+use crate::task::probe::{FIRST_SEEN, Look, Met, Point, ProbedVector, Seen, VectorPlace, look};
 
 /// What scripts read.
 #[derive(Debug, Serialize)]
@@ -36,6 +36,9 @@ struct ReportedPoint {
     met: Met,
     world: [f64; 3],
     index: [f64; 3],
+    /// The file's cell that it lies in, where the field is drawn on its cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cell: Option<u32>,
     value: f64,
     gradient: [f64; 3],
     gradient_length: f64,
@@ -48,7 +51,8 @@ struct ReportedPoint {
 #[derive(Debug, Serialize)]
 struct ReportedVector {
     field: String,
-    index: [usize; 3],
+    #[serde(flatten)]
+    place: VectorPlace,
     world: [f64; 3],
     vector: [f64; 3],
     length: f64,
@@ -91,7 +95,12 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
         None => own_vectors(&input)?,
         layer => layer,
     };
-    let polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
+    let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
+    let mut scene = scene;
+    if let Some(surface) = open::own_surface(&input, &flags.scene, &scene, mode)? {
+        polygons.push(surface);
+        scene.show_field(false);
+    }
     // Vectors beside values that are projected are told all the same.
     let scene = with_layers(Scene { shading, inside, ..scene }, vectors, polygons)?;
     let names: Vec<String> =
@@ -156,14 +165,15 @@ fn own_vectors(input: &open::Input) -> Result<Option<Vectors>, Failure> {
 
 fn reported(point: &Point, names: &[String]) -> ReportedPoint {
     let vectors = point.vectors.iter().zip(names).filter_map(|(found, name)| {
-        let ProbedVector { index, world, vector, length } = (*found)?;
+        let ProbedVector { place, world, vector, length } = (*found)?;
         let (world, vector) = (world.to_array(), vector.to_array());
-        Some(ReportedVector { field: name.clone(), index, world, vector, length })
+        Some(ReportedVector { field: name.clone(), place, world, vector, length })
     });
     ReportedPoint {
         met: point.met,
         world: point.world.to_array(),
         index: point.index.to_array(),
+        cell: point.cell,
         value: point.value,
         gradient: point.gradient.to_array(),
         gradient_length: point.gradient.length(),
@@ -197,9 +207,13 @@ fn sentences(report: &Report, seen: Seen) -> String {
         let world = format!("World ({x} {y} {z})     {}", three(point.world));
         return [vec![world, seen], vector_lines(report)].concat().join("\n");
     }
+    let place = match point.cell {
+        Some(cell) => format!("Cell              {cell}"),
+        None => format!("Index             {}", three(point.index)),
+    };
     let mut lines = vec![
         format!("World ({x} {y} {z})     {}", three(point.world)),
-        format!("Index             {}", three(point.index)),
+        place,
         format!("Value             {:.6}", point.value),
         format!("Gradient ({x} {y} {z})  {}", three(point.gradient)),
         format!("Gradient length   {:.6} a world unit", point.gradient.length()),
@@ -215,10 +229,14 @@ fn vector_lines(report: &Report) -> Vec<String> {
     let [x, y, z] = report.axes;
     let found = report.point.iter().flat_map(|point| &point.vectors);
     let lines = found.flat_map(|found| {
-        let ReportedVector { field, index: [i, j, k], vector: [u, v, w], length, .. } = found;
+        let ReportedVector { field, place, vector: [u, v, w], length, .. } = found;
+        let place = match place {
+            VectorPlace::Index([i, j, k]) => format!("nearest at index {i} {j} {k}"),
+            VectorPlace::Cell(cell) => format!("in cell {cell}"),
+        };
         [
             format!("Vector ({x} {y} {z})    {u:.6} {v:.6} {w:.6}"),
-            format!("Its length        {length:.6}, of {field}, nearest at index {i} {j} {k}"),
+            format!("Its length        {length:.6}, of {field}, {place}"),
         ]
     });
     lines.collect()

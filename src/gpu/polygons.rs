@@ -16,7 +16,7 @@ use super::layout::{self, narrow4};
 use super::shader::{self, Shader};
 use crate::core::Srgb8;
 use crate::plan::Plan;
-use crate::scene::{Lighting, POLYGON_COLOUR, PolygonLayer, View};
+use crate::scene::{Lighting, PolygonLayer, View};
 
 /// What is nearer to the eye than this share of its distance to the focal plane is left out.
 const NEAREST: f64 = 1e-4;
@@ -62,12 +62,7 @@ fn corners(
     let mut farthest = 0.0_f64;
     for layer in layers {
         let from_centre = layer.mesh.origin() - centre;
-        for triangle in layer.mesh.triangles(layer.look.is_smooth) {
-            let colours = match (layer.look.colour, triangle.colours) {
-                (Some(colour), _) => [colour; 3],
-                (None, Some(own)) => own,
-                (None, None) => [POLYGON_COLOUR; 3],
-            };
+        for (triangle, colours) in layer.triangles() {
             for (i, Srgb8([r, g, b])) in colours.into_iter().enumerate() {
                 let place = (triangle.corners[i].as_dvec3() + from_centre) / radius;
                 farthest = farthest.max(place.abs().max_element());

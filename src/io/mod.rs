@@ -98,6 +98,8 @@ pub enum Format {
     Plot3d,
     /// A table of points, one a line of text.
     Table,
+    /// Triangles, or points, in a file of polygons.
+    Polygons(mesh::MeshFormat),
     /// Radial basis functions, as this program encodes fields.
     Vrbf,
     /// Samples and nothing else.
@@ -129,6 +131,7 @@ impl Format {
             Self::Exodus => "exodus",
             Self::Plot3d => "plot3d",
             Self::Table => "table",
+            Self::Polygons(format) => format.name(),
             Self::Vrbf => "vrbf",
             Self::Raw => "raw",
         }
@@ -236,6 +239,7 @@ fn read(path: &Path, options: &OpenOptions, ticket: &Ticket) -> Result<Opened, P
         Format::Zarr => zarr::read(path, free_bytes, ticket),
         Format::Plot3d => plot3d::read(path, free_bytes, ticket),
         Format::Table => table::read(path, free_bytes, ticket),
+        Format::Polygons(_) => mesh::read_alone(path, free_bytes, ticket),
         Format::Vrbf => vrbf::read(path, options.dims, free_bytes, ticket),
         Format::Raw => raw::read(path, &options.raw.unwrap_or_default(), free_bytes, ticket),
     }?;
@@ -284,6 +288,9 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
                 "the file was cut short or damaged: copy it again",
             ));
         }
+    }
+    if let Some(format) = mesh::format_of(path, &start) {
+        return Ok(Format::Polygons(format));
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);

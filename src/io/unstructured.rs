@@ -512,6 +512,9 @@ fn is_flat(kind: u8) -> bool {
     matches!(kind, 5..=9 | 22 | 23 | 28 | 30 | 34 | 36 | 69 | 70 | 76 | 77)
 }
 
+/// What to do about cells that are left out.
+pub(super) const EMBED_THEM: &str = "to see such cells, embed the file as polygons (--mesh)";
+
 /// What becomes of cells without a volume.
 fn flat_cells(types: &[u8]) -> Option<String> {
     let flat = types.iter().filter(|kind| is_flat(**kind)).count();
@@ -521,14 +524,12 @@ fn flat_cells(types: &[u8]) -> Option<String> {
     match (flat, has_solids) {
         (0, _) => None,
         (flat, true) => Some(format!(
-            "{} {} no volume: left out here; to see such cells, embed the file as polygons (--mesh)",
+            "{} {} no volume: left out here; {EMBED_THEM}",
             counted(flat, "cell"),
             if flat == 1 { "has" } else { "have" }
         )),
-        (_, false) => Some(
-            "no cell has a volume: the points are shown; to see the cells, embed the file as polygons in a volume (--mesh)"
-                .to_owned(),
-        ),
+        // They are shown as polygons.
+        (_, false) => None,
     }
 }
 

@@ -14,7 +14,7 @@ use super::in_order::look;
 use super::rays::TILE;
 use crate::core::{Camera, Cancelled, Srgb8, Ticket};
 use crate::plan::Plan;
-use crate::scene::{Lighting, POLYGON_COLOUR, PolygonLayer, View};
+use crate::scene::{Lighting, PolygonLayer, View};
 
 /// Where the samples of a pixel are, from its upper left.
 const SAMPLES: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
@@ -140,15 +140,10 @@ impl Polygons {
         let mut triangles = Vec::new();
         for layer in &made_of.layers {
             let from_centre = layer.mesh.origin() - centre;
-            for (number, triangle) in layer.mesh.triangles(layer.look.is_smooth).enumerate() {
+            for (number, (triangle, colours)) in layer.triangles().enumerate() {
                 if number.is_multiple_of(1 << 12) {
                     look(ticket)?;
                 }
-                let colours = match (layer.look.colour, triangle.colours) {
-                    (Some(colour), _) => [colour; 3],
-                    (None, Some(own)) => own,
-                    (None, None) => [POLYGON_COLOUR; 3],
-                };
                 let seen = |corner: glam::Vec3| {
                     rotation * (corner.as_dvec3() + from_centre) * view.pixels_per_unit + beside
                 };
@@ -384,7 +379,7 @@ mod tests {
         let triangle = |corners: [usize; 3]| Triangle {
             corners: corners.map(at),
             normals: [[0.0, 0.0, 1.0]; 3],
-            colours: [POLYGON_COLOUR; 3],
+            colours: [Srgb8([225; 3]); 3],
             opacity: 1.0,
         };
         let cells = (0..(corners - 1) * (corners - 1)).map(|i| {
@@ -431,7 +426,7 @@ mod tests {
         let triangle = Triangle {
             corners,
             normals: [[0.0, 1.0, 0.0]; 3],
-            colours: [POLYGON_COLOUR; 3],
+            colours: [Srgb8([225; 3]); 3],
             opacity: 1.0,
         };
         let seen = Seen::new(&triangle, &view).expect("it is seen");

@@ -17,6 +17,43 @@ pub struct Mesh {
     /// As long as `positions` or empty.
     colours: Vec<Srgb8>,
     triangles: Vec<[u32; 3]>,
+    arrays: Vec<MeshArray>,
+}
+
+/// Numbers on a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshArray {
+    /// What it is called.
+    pub name: String,
+    /// NaN where there is none.
+    pub values: MeshValues,
+}
+
+/// What the numbers of a [`MeshArray`] stand on.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeshValues {
+    /// One a corner.
+    Corners(Vec<f32>),
+    /// One a triangle.
+    Triangles(Vec<f32>),
+}
+
+impl MeshValues {
+    fn all(&self) -> &[f32] {
+        match self {
+            Self::Corners(values) | Self::Triangles(values) => values,
+        }
+    }
+}
+
+impl MeshArray {
+    /// Least and greatest finite number; `None` without any.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let finite = self.values.all().iter().map(|v| f64::from(*v)).filter(|v| v.is_finite());
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        let [low, high] = finite.fold(none, |[a, b], v| [a.min(v), b.max(v)]);
+        (low <= high).then_some([low, high])
+    }
 }
 
 /// Of positions that are so many times farther from 0 than they extend, single precision keeps 18 bits or fewer of that.
@@ -107,7 +144,42 @@ impl Mesh {
         }
         let normals = normals.into_iter().map(sound).collect();
         let origin = DVec3::ZERO;
-        Ok(Self { name: name.into(), origin, positions, normals, colours, triangles })
+        let (name, arrays) = (name.into(), Vec::new());
+        Ok(Self { name, origin, positions, normals, colours, triangles, arrays })
+    }
+
+    /// The same with numbers on it.
+    ///
+    /// # Errors
+    /// An array that is longer or shorter than what it stands on.
+    pub fn with_arrays(self, arrays: Vec<MeshArray>) -> Result<Self, MeshError> {
+        for MeshArray { values, .. } in &arrays {
+            let (what, corners) = match values {
+                MeshValues::Corners(_) => ("numbers", self.positions.len()),
+                MeshValues::Triangles(_) => ("numbers of triangles", self.triangles.len()),
+            };
+            let found = values.all().len();
+            if found != corners {
+                return Err(MeshError::Uneven { what, corners, found });
+            }
+        }
+        Ok(Self { arrays, ..self })
+    }
+
+    /// Numbers on it.
+    pub fn arrays(&self) -> &[MeshArray] {
+        &self.arrays
+    }
+
+    /// The numbers of an array at the corners of each triangle, in the order of [`Mesh::triangles`]; NaN where there is no
+    /// such array.
+    pub fn values(&self, array: usize) -> impl Iterator<Item = [f32; 3]> + '_ {
+        let array = self.arrays.get(array).map(|array| &array.values);
+        self.triangles.iter().enumerate().map(move |(triangle, corners)| match array {
+            Some(MeshValues::Corners(values)) => corners.map(|i| values[i as usize]),
+            Some(MeshValues::Triangles(values)) => [values[triangle]; 3],
+            None => [f32::NAN; 3],
+        })
     }
 
     /// The same of positions in double precision: those that lie far from 0 for their extent are counted from their middle.

@@ -1,6 +1,6 @@
 //! Polygons: triangles in the world, as files have them or as they are made here.
 //!
-//! Owns [`Mesh`], what it refuses, and its normals, and the surfaces of labelled samples ([`Nets`]). Refuses files, looks and
+//! Owns [`Mesh`], what it refuses, its normals and the numbers on it, and the surfaces of labelled samples ([`Nets`]). Refuses files, looks and
 //! drawing. Imports `core`.
 //! Read by `vector`, `io`, `scene`, `reference`, `gpu`, `task`, `app` and `cli`.
 
@@ -8,6 +8,6 @@ mod mesh;
 mod nets;
 mod shapes;
 
-pub use mesh::{Mesh, MeshError, Triangle};
+pub use mesh::{Mesh, MeshArray, MeshError, MeshValues, Triangle};
 pub use nets::{NOTHING, Nets, Surface};
 pub use shapes::Shapes;

@@ -281,6 +281,12 @@ impl Field {
         std::array::from_fn(|a| ((place[a] + 0.5).floor().max(0.0) as usize).min(self.dims[a] - 1))
     }
 
+    /// Which of the file's cells a place lies in, where the field is on cells.
+    pub(super) fn cell_at(&self, place: DVec3) -> Option<u32> {
+        let cells = self.cells.as_ref()?;
+        cells.find(place).map(|(solid, _)| cells.source(solid))
+    }
+
     pub(super) fn has_holes(&self) -> bool {
         self.holes.is_some()
     }

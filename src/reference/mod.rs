@@ -43,5 +43,5 @@ pub use inside::Met;
 pub use kernels::{RefKernel, grid_kernels, traversal};
 pub use picture::{Rays, every_sample};
 pub use probe::{Point, Probe, Seen, seen_alone};
-pub use probed_vectors::ProbedVector;
+pub use probed_vectors::{ProbedVector, VectorPlace};
 pub use renderer::{Reference, TOLERANCE};

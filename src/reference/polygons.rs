@@ -10,7 +10,7 @@ use super::inside::{Met, Surface};
 use super::shading::Shader;
 use super::sources::Line;
 use crate::core::Camera;
-use crate::scene::{Clip, Effect, Inside, POLYGON_COLOUR, PolygonLayer, Scene};
+use crate::scene::{Clip, Effect, Inside, PolygonLayer, Scene};
 use crate::volume::Lattice;
 
 /// Where the samples of a pixel are, from its upper left.
@@ -109,12 +109,11 @@ impl Polygons {
     pub(super) fn of(scene: &Scene, size: [usize; 2]) -> Option<Self> {
         let mut triangles = Vec::new();
         for layer in drawn(scene) {
-            for triangle in layer.mesh.triangles(layer.look.is_smooth) {
-                let own = triangle.colours.unwrap_or([POLYGON_COLOUR; 3]);
+            for (triangle, colours) in layer.triangles() {
                 let corner = |i: usize| Corner {
                     place: layer.mesh.origin() + triangle.corners[i].as_dvec3(),
                     normal: triangle.normals[i].as_dvec3(),
-                    colour: layer.look.colour.unwrap_or(own[i]).to_linear().0,
+                    colour: colours[i].to_linear().0,
                 };
                 let corners = [corner(0), corner(1), corner(2)];
                 triangles.push(Triangle { corners, opacity: layer.look.opacity });

@@ -36,6 +36,9 @@ pub struct Point {
     pub world: DVec3,
     /// Index-space position: whole numbers at samples.
     pub index: DVec3,
+    /// Which of the file's cells it lies in, where the field is drawn on its cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cell: Option<u32>,
     /// The value, in the data's units.
     pub value: f64,
     /// Its growth in the world, data units per world unit along x, y, z.
@@ -161,6 +164,7 @@ impl Probe {
             met,
             world: world.at(t),
             index: place,
+            cell: self.field.cell_at(place),
             value: value.unwrap_or(f64::NAN),
             gradient,
             opacity: -(-density[0] * unit).exp_m1(),
@@ -265,6 +269,7 @@ pub fn seen_alone(scene: &Scene, size: [u32; 2], at: DVec2, share: f64) -> Seen 
             met,
             world: ray.at(t),
             index: scene.lattice().index_from_world(ray.at(t)),
+            cell: None,
             value: f64::NAN,
             gradient: DVec3::NAN,
             opacity: 0.0,
@@ -278,8 +283,8 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
-    use crate::reference::Reference;
     use crate::reference::support::{in_perspective, rough, scene};
+    use crate::reference::{Reference, VectorPlace};
     use crate::scene::{Amounts, ClipBox, CutFaces, Index, Isosurface, Slice};
     use crate::vector::ColourBy;
     use crate::volume::{Lattice, Samples};
@@ -559,7 +564,8 @@ mod tests {
         let [Some(vector), None] = found.vectors else { panic!("{found:?}") };
         let expected = (found.index / 2.0).round().to_array().map(|n| n as usize);
         let number = (expected[2] * 13 + expected[1]) * 13 + expected[0] + 1;
-        assert_eq!((vector.index, vector.length), (expected, number as f64));
+        assert_eq!(vector.place, VectorPlace::Index(expected));
+        assert_eq!(vector.length, number as f64);
         assert_eq!(vector.vector, DVec3::new(0.0, 0.0, number as f64));
         let off = lattice().index_from_world(found.world - vector.world);
         let origin = lattice().index_from_world(DVec3::ZERO);
@@ -578,7 +584,10 @@ mod tests {
         // Cells that differ leave gaps between the boxes of points: a step of them is within the grid.
         let before = [-1.6, -2.4].map(|z| lattice().world_from_index(DVec3::new(12.0, 12.0, z)));
         let [within, beside] = before.map(|place| probed_vectors::nearest(&field, place));
-        assert!(within.is_some_and(|vector| vector.index == [6, 6, 0]) && beside.is_none());
+        assert!(
+            within.is_some_and(|vector| vector.place == VectorPlace::Index([6, 6, 0]))
+                && beside.is_none()
+        );
         let far = lattice().world_from_index(DVec3::new(12.0, 12.0, -1.1));
         assert_eq!(probed_vectors::nearest(&layer.field, far), None);
         let near = lattice().world_from_index(DVec3::new(12.0, 12.0, -0.9));
@@ -597,7 +606,8 @@ mod tests {
         let deep = 0.9_f64.ln() / 0.7_f64.ln();
         assert_eq!(found.met, Met::Vectors);
         assert!((found.index.z - (9.0 + deep)).abs() < 1e-9, "{found:?}");
-        assert_eq!(found.vectors[0].map(|vector| vector.index[2]), Some(5));
+        let place = found.vectors[0].map(|vector| vector.place);
+        assert!(matches!(place, Some(VectorPlace::Index([_, _, 5]))), "{place:?}");
         let Seen::TooLittle { gathered } = seen_alone(&scene, SIZE, middle, 0.999_999) else {
             panic!()
         };

@@ -12,11 +12,22 @@ use crate::transfer::extinction_from_opacity;
 use crate::vector::VectorSettings;
 use crate::volume::{Places, ScalarVolume, VectorField};
 
+/// Where a vector is in its field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VectorPlace {
+    /// In the field's grid.
+    Index([usize; 3]),
+    /// In this one of the file's cells.
+    Cell(u32),
+}
+
 /// A vector of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ProbedVector {
-    /// Where it is in the field's grid.
-    pub index: [usize; 3],
+    /// Where it is in the field.
+    #[serde(flatten)]
+    pub place: VectorPlace,
     /// World position.
     pub world: DVec3,
     /// World components; NaN where there is no data.
@@ -25,8 +36,14 @@ pub struct ProbedVector {
     pub length: f64,
 }
 
-/// The vector nearest to a place, in steps of the grid there; `None` more than half a step beside the grid.
+/// The vector nearest to a place, in steps of the grid there; `None` more than half a step beside the grid. Of vectors on
+/// cells that at the place itself; `None` outside the cells.
 pub(super) fn nearest(field: &VectorField, world: DVec3) -> Option<ProbedVector> {
+    if let Some(cells) = &field.on_cells {
+        let (vector, cell) = cells.at(world)?;
+        let place = VectorPlace::Cell(cell);
+        return Some(ProbedVector { place, world, vector, length: vector.length() });
+    }
     // From a vector's own place, in its steps: within 0.5 along each axis is the box that is its own.
     let beside = |index: usize| {
         let (place, axes) = field.places.at(index);
@@ -51,7 +68,7 @@ pub(super) fn nearest(field: &VectorField, world: DVec3) -> Option<ProbedVector>
         let [nx, ny, _] = dims;
         let vector = field.vectors[index].as_dvec3();
         ProbedVector {
-            index: [index % nx, index / nx % ny, index / (nx * ny)],
+            place: VectorPlace::Index([index % nx, index / nx % ny, index / (nx * ny)]),
             world: field.places.at(index).0,
             vector,
             length: vector.length(),

@@ -39,7 +39,7 @@ pub use mode::{
     Reconstruction, SplatSettings, Visibility,
 };
 pub use placing::place_over;
-pub use polygons::{BESIDE, POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};
+pub use polygons::{BESIDE, ByArray, POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};
 pub use refusals::{Ground, Refusal};
 pub use saved::{SAVED_VERSION, SavedError};
 pub use shading::{

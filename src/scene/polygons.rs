@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Look, Sampled, Scene};
 use crate::core::Srgb8;
-use crate::polygons::Mesh;
-use crate::transfer::colour_of_label;
+use crate::polygons::{Mesh, Triangle};
+use crate::transfer::{ColourMap, ColourSource, colour_of_label};
 
 /// What polygons look like that say nothing of it.
 pub const POLYGON_COLOUR: Srgb8 = Srgb8([225, 225, 225]);
@@ -22,11 +22,35 @@ pub const BESIDE: &str =
 pub struct PolygonLook {
     /// Of all of them; `None` is the corners' own colours, and [`POLYGON_COLOUR`] where they have none.
     pub colour: Option<Srgb8>,
+    /// By numbers on the mesh, in place of other colours.
+    #[serde(default)]
+    pub by: Option<ByArray>,
     /// 0..=1, of each triangle, however it is turned.
     pub opacity: f64,
     /// Whether it is lit by the corners' normals (means of the triangles' about them where they have none),
     /// rather than each triangle by its own.
     pub is_smooth: bool,
+}
+
+/// Colours of the numbers on a mesh: at each corner, and between corners a mean of theirs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ByArray {
+    /// Which of the mesh's arrays.
+    pub array: usize,
+    /// Which colours.
+    pub map: ColourMap,
+    /// The numbers that take its first and its last colour.
+    pub range: [f64; 2],
+}
+
+impl ByArray {
+    /// The colour of a number; [`POLYGON_COLOUR`] where there is none.
+    pub fn colour(&self, value: f64) -> Srgb8 {
+        match value.is_nan() {
+            true => POLYGON_COLOUR,
+            false => ColourSource::Map { map: self.map, range: self.range }.srgb_at(value),
+        }
+    }
 }
 
 /// A mesh at its place in the world.
@@ -73,14 +97,44 @@ impl PolygonLook {
 impl PolygonLayer {
     /// A mesh as it is first seen: opaque, in its own colours, smooth if it has normals.
     pub fn new(mesh: Arc<Mesh>) -> Self {
-        let look = PolygonLook { colour: None, opacity: 1.0, is_smooth: mesh.has_normals() };
+        let is_smooth = mesh.has_normals();
+        let look = PolygonLook { colour: None, by: None, opacity: 1.0, is_smooth };
         Self { mesh, look }
+    }
+
+    /// A surface as it is first seen that is all there is of its file: in its own colours, else by the numbers of this name, in
+    /// the colours of a field of them.
+    pub fn of_surface(mesh: Arc<Mesh>, name: &str, colours: &ColourSource) -> Self {
+        let array = mesh.arrays().iter().position(|array| array.name == name);
+        let array = array.filter(|_| !mesh.has_colours());
+        let own = array.and_then(|at| Some((at, mesh.arrays()[at].range()?)));
+        let by = own.map(|(array, own)| match colours {
+            ColourSource::Map { map, range } => ByArray { array, map: *map, range: *range },
+            ColourSource::Stops(_) => ByArray { array, map: ColourMap::Viridis, range: own },
+        });
+        let layer = Self::new(mesh);
+        Self { look: PolygonLook { by, ..layer.look }, ..layer }
+    }
+
+    /// Every triangle, with normals and colours as it looks.
+    pub fn triangles(&self) -> impl Iterator<Item = (Triangle, [Srgb8; 3])> + '_ {
+        let PolygonLook { colour, by, is_smooth, .. } = self.look;
+        let values = self.mesh.values(by.map_or(usize::MAX, |by| by.array));
+        self.mesh.triangles(is_smooth).zip(values).map(move |(triangle, values)| {
+            let colours = match (by, colour, triangle.colours) {
+                (Some(by), _, _) => values.map(|value| by.colour(f64::from(value))),
+                (None, Some(colour), _) => [colour; 3],
+                (None, None, Some(own)) => own,
+                (None, None, None) => [POLYGON_COLOUR; 3],
+            };
+            (triangle, colours)
+        })
     }
 
     /// The surface of a label as it is first seen: in the file's colour, or that of its number among the others.
     pub fn of_label(mesh: Arc<Mesh>, number: usize, colour: Option<Srgb8>) -> Self {
         let colour = Some(colour.unwrap_or_else(|| colour_of_label(number)));
-        Self { mesh, look: PolygonLook { colour, opacity: 1.0, is_smooth: true } }
+        Self { mesh, look: PolygonLook { colour, by: None, opacity: 1.0, is_smooth: true } }
     }
 }
 

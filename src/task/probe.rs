@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use crate::core::memory::{self, TooLarge};
 use crate::kernel::Kernel;
-pub use crate::reference::{Met, Point, ProbedVector, Seen};
+pub use crate::reference::{Met, Point, ProbedVector, Seen, VectorPlace};
 use crate::reference::{Probe, seen_alone};
 use crate::scene::{AlongRay, Scene};
 

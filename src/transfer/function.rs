@@ -30,6 +30,28 @@ const MOST_STOPS: usize = 17;
 const STOP_TOLERANCE: f64 = 8.0;
 
 impl ColourSource {
+    /// The colour of a number as sRGB in 0..=1.
+    fn encoded_at(&self, value: f64) -> [f64; 3] {
+        match self {
+            Self::Stops(stops) => interpolate(stops, value, |c| c.encoded()).unwrap_or_default(),
+            Self::Map { map, range } => {
+                let stops = map.stops();
+                let last = (stops.len() - 1) as f64;
+                let x = position(*range, value) * last;
+                let index = (x.floor() as usize).min(stops.len() - 2);
+                let (a, b) = (stops[index].encoded(), stops[index + 1].encoded());
+                let f = x - index as f64;
+                std::array::from_fn(|c| a[c] * (1.0 - f) + b[c] * f)
+            }
+        }
+    }
+
+    /// The colour of a number, rounded to 8 bits.
+    pub fn srgb_at(&self, value: f64) -> Srgb8 {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
+        Srgb8(self.encoded_at(value).map(|part| (255.0 * part).round() as u8))
+    }
+
     /// The values that take the first and the last colour; zeros without any.
     pub fn range(&self) -> [f64; 2] {
         match self {
@@ -265,20 +287,7 @@ impl TransferFunction {
         if value.is_nan() {
             return if self.no_data.shows() { self.no_data.colour.encoded() } else { [0.0; 3] };
         }
-        match &self.colour {
-            ColourSource::Stops(stops) => {
-                interpolate(stops, value, |c| c.encoded()).unwrap_or_default()
-            }
-            ColourSource::Map { map, range } => {
-                let stops = map.stops();
-                let last = (stops.len() - 1) as f64;
-                let x = position(*range, value) * last;
-                let index = (x.floor() as usize).min(stops.len() - 2);
-                let (a, b) = (stops[index].encoded(), stops[index + 1].encoded());
-                let f = x - index as f64;
-                std::array::from_fn(|c| a[c] * (1.0 - f) + b[c] * f)
-            }
-        }
+        self.colour.encoded_at(value)
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! Lengths are steps of the grid: a line is followed in index space, at unit speed, so that how closely
 //! it is followed does not depend on how long the vectors are. Between the grid's points vectors are
-//! linear along each axis of it, and so are the places of grids that are not evenly spaced.
+//! linear along each axis of it, and so are the places of grids that are not evenly spaced. Of cells that lie anywhere it is
+//! the lattice's index space that their vectors were sampled on, and the vectors are the cells' own.
 
 use glam::DVec3;
 
@@ -114,6 +115,9 @@ impl Flow<'_> {
     /// The vector at a place of index space; `None` beyond the outermost points, and where one of those
     /// about it is none.
     fn vector(&self, at: DVec3) -> Option<DVec3> {
+        if let Some(cells) = &self.field.on_cells {
+            return cells.at(self.map.world(at)).map(|(vector, _)| vector);
+        }
         let cell = self.map.cell(at)?;
         let mut sum = DVec3::ZERO;
         for (i, weight) in self.map.weights(&cell) {
@@ -136,6 +140,11 @@ impl Flow<'_> {
             }
             false => None,
         }
+    }
+
+    /// Whether a place of index space lies in none of the cells that the vectors are on.
+    fn is_beyond_cells(&self, at: DVec3) -> bool {
+        self.field.on_cells.as_ref().is_some_and(|cells| cells.at(self.map.world(at)).is_none())
     }
 
     /// Distance to the border along a direction.
@@ -210,6 +219,9 @@ impl Flow<'_> {
                 None if tried > LEAST_STEP => h = (0.5 * tried).max(LEAST_STEP),
                 None => {
                     let border = self.to_border(at, direction);
+                    if self.is_beyond_cells(at + direction * (2.0 * LEAST_STEP)) {
+                        return (places, End::Border);
+                    }
                     if border > 2.0 * LEAST_STEP {
                         return (places, End::Still);
                     }
@@ -269,6 +281,9 @@ pub fn streamlines(
     how: &Following,
     ticket: &Ticket,
 ) -> Result<Vec<Streamline>, StreamlineError> {
+    if let Some(cells) = &field.on_cells {
+        cells.prepare(ticket)?;
+    }
     let map = GridMap::new(&field.places);
     let flow = Flow { field, map, least_speed: how.least_speed * field.statistics.max };
     let on_plane = match seeds {

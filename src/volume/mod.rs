@@ -16,6 +16,7 @@ mod shape;
 mod statistics;
 mod unit;
 mod vector_field;
+mod vectors_on_cells;
 
 pub use error::VolumeError;
 pub use grid::{Association, Component, Field, Grid, LabelName, Lattice, ScalarVolume};
@@ -26,3 +27,4 @@ pub use shape::Shape;
 pub use statistics::{BRICK, Bricks, HISTOGRAM_BINS, QUANTILES, Statistics};
 pub use unit::length_unit;
 pub use vector_field::{Places, VectorField};
+pub use vectors_on_cells::VectorsOnCells;

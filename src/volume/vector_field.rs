@@ -8,7 +8,10 @@ use rayon::prelude::*;
 use super::resample::Spaced;
 use super::samples::Scalar;
 use super::shape::{Shape, axes_of};
-use super::{Association, Component, Field, Grid, Lattice, Samples, Statistics, VolumeError};
+use super::{
+    Association, Component, Field, Grid, Lattice, Samples, Statistics, VectorsOnCells, VolumeError,
+};
+use crate::cells::On;
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::with_samples;
@@ -67,6 +70,8 @@ pub struct VectorField {
     pub magnitudes: Arc<Samples>,
     /// Of the finite lengths.
     pub statistics: Statistics,
+    /// What they were sampled from where they were: cells between whose points they are known.
+    pub on_cells: Option<Arc<VectorsOnCells>>,
 }
 
 impl VectorField {
@@ -103,7 +108,8 @@ impl VectorField {
             });
         }
         let magnitudes = Arc::new(magnitudes);
-        Ok(Self { name: name.to_owned(), places, vectors, magnitudes, statistics })
+        let name = name.to_owned();
+        Ok(Self { name, places, vectors, magnitudes, statistics, on_cells: None })
     }
 }
 
@@ -171,8 +177,8 @@ impl Grid {
         VectorField::new(&name, self.places(first.association), vectors, ticket)
     }
 
-    /// Vectors of unstructured cells, whose points are in no order that lines could follow: on the lattice that scalars are
-    /// sampled on, NaN outside all cells.
+    /// Vectors of unstructured cells, whose points are in no order that splats could be averaged by: on the lattice that
+    /// scalars are sampled on, NaN outside all cells. The cells themselves are kept beside them, for what asks for places.
     fn vectors_on_lattice(
         &self,
         name: &str,
@@ -180,18 +186,32 @@ impl Grid {
         parts: [Arc<Samples>; 3],
         ticket: &Ticket,
     ) -> Result<VectorField, VolumeError> {
+        let on_cells = match &self.shape {
+            Shape::Unstructured(cells) if !cells.solids().is_empty() => {
+                let on = match field.association {
+                    Association::Point => On::Points,
+                    Association::Cell => On::Cells,
+                };
+                let own =
+                    parts.each_ref().map(|part| (0..part.len()).map(|i| part.get(i)).collect());
+                Some(Arc::new(VectorsOnCells::new(cells, on, own)))
+            }
+            _ => None,
+        };
         let [x, y, z] = parts;
         let Spaced { lattice, samples: x, .. } = self.evenly_spaced(field, x, ticket)?;
         let Spaced { samples: y, .. } = self.evenly_spaced(field, y, ticket)?;
         let Spaced { samples: z, .. } = self.evenly_spaced(field, z, ticket)?;
         let vector = |i| Vec3::from_array([&x, &y, &z].map(|part| narrow(part.get(i))));
         let vectors = (0..x.len()).into_par_iter().map(vector).collect();
-        VectorField::new(name, Places::Lattice(lattice), vectors, ticket)
+        let field = VectorField::new(name, Places::Lattice(lattice), vectors, ticket)?;
+        Ok(VectorField { on_cells, ..field })
     }
 
     fn require_vectors(&self, name: &str, count: usize) -> Result<(), VolumeError> {
         let places = match self.shape {
             Shape::Affine => 0,
+            Shape::Unstructured(_) => 3 * size_of::<f64>(),
             _ => size_of::<DVec3>() + size_of::<DMat3>(),
         };
         let needed = ((16 + places) as u64).saturating_mul(count as u64);

@@ -21,20 +21,9 @@ pub(super) fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
         ColourSource::Stops(_) => None,
     };
     row_ui(ui, "Colours", |ui| {
-        let selected = chosen.map_or_else(|| "Own colours".to_owned(), words::colour_map);
-        let combo = ComboBox::from_id_salt("colour map").selected_text(selected).height(420.0);
-        let shown = combo.show_ui(ui, |ui| {
-            for map in ColourMap::ALL {
-                let entry = map_choice_ui(ui, map, chosen == Some(map));
-                if entry.on_hover_text(words::colour_map_help(map)).clicked() {
-                    transfer.colour = ColourSource::Map { map, range };
-                }
-            }
-        });
-        shown
-            .response
-            .accessible_name("Colours")
-            .on_hover_text("The colours of low to high values");
+        if let Some(map) = choose_ui(ui, "Colours", chosen) {
+            transfer.colour = ColourSource::Map { map, range };
+        }
         let help = "Turn the map into colours at single values, on the bar above: drag them, change them, \
                     add and remove some";
         let edit = ui.add_enabled(chosen.is_some(), Button::new("Edit"));
@@ -45,6 +34,23 @@ pub(super) fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
             transfer.colour = ColourSource::Stops(transfer.colour.stops());
         }
     });
+}
+
+/// The list of colour maps, called `name` by what reads the screen; that which was chosen now.
+pub(super) fn choose_ui(ui: &mut Ui, name: &str, chosen: Option<ColourMap>) -> Option<ColourMap> {
+    let selected = chosen.map_or_else(|| "Own colours".to_owned(), words::colour_map);
+    let combo = ComboBox::from_id_salt("colour map").selected_text(selected).height(420.0);
+    let mut clicked = None;
+    let shown = combo.show_ui(ui, |ui| {
+        for map in ColourMap::ALL {
+            let entry = map_choice_ui(ui, map, chosen == Some(map));
+            if entry.on_hover_text(words::colour_map_help(map)).clicked() {
+                clicked = Some(map);
+            }
+        }
+    });
+    shown.response.accessible_name(name).on_hover_text("The colours of low to high values");
+    clicked
 }
 
 /// One colour map in the list, with its swatch.

@@ -2,14 +2,20 @@
 
 use std::ops::Range;
 
-use eframe::egui::{Label, RichText, ScrollArea, Ui};
+use eframe::egui::{ComboBox, DragValue, Label, RichText, ScrollArea, Ui};
 
 use super::inside::{note_ui, opacity_ui, remove_ui};
+use super::maps::choose_ui;
 use super::row_ui;
 use crate::app::actions::{Action, entry_of};
 use crate::app::theme;
+use crate::app::words;
 use crate::core::Srgb8;
-use crate::scene::{Effect, Layer, Look, POLYGON_COLOUR, SampleSource, Sampled, Scene};
+use crate::polygons::MeshArray;
+use crate::scene::{
+    ByArray, Effect, Layer, Look, POLYGON_COLOUR, PolygonLook, SampleSource, Sampled, Scene,
+};
+use crate::transfer::ColourMap;
 
 /// How high the list of a file's labels grows before it scrolls, points.
 const MOST_LABELS_HEIGHT: f32 = 220.0;
@@ -28,9 +34,14 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> Option<Action> {
         let first = of_file.start;
         let is_removed = if is_of_polygons(&scene.layers[of_file.clone()]) {
             meshes += 1;
-            let about = scene.store.get(&scene.layers[first].source).map(Sampled::about);
-            let layer = (about.unwrap_or_default(), &mut scene.layers[first]);
-            ui.push_id(("mesh", meshes), |ui| layer_ui(ui, meshes, layer)).inner
+            let samples = scene.store.get(&scene.layers[first].source);
+            let arrays = match samples {
+                Some(Sampled::Mesh(mesh)) => mesh.arrays(),
+                _ => &[],
+            };
+            let mesh = (samples.map(Sampled::about).unwrap_or_default(), arrays);
+            let layer = &mut scene.layers[first];
+            ui.push_id(("mesh", meshes), |ui| layer_ui(ui, meshes, mesh, layer)).inner
         } else {
             let layers = &mut scene.layers[of_file.clone()];
             ui.push_id(("labels", first), |ui| labels_ui(ui, layers)).inner
@@ -124,7 +135,12 @@ fn label_ui(ui: &mut Ui, layer: &mut Layer) {
 }
 
 /// One mesh; whether it is to be removed.
-fn layer_ui(ui: &mut Ui, i: usize, (about, layer): (String, &mut Layer)) -> bool {
+fn layer_ui(
+    ui: &mut Ui,
+    i: usize,
+    (about, arrays): (String, &[MeshArray]),
+    layer: &mut Layer,
+) -> bool {
     let name = format!("Mesh {i}");
     let removed = row_ui(ui, &name, |ui| {
         let shown = ui.checkbox(&mut layer.is_shown, "").accessible_name(format!("{name} shown"));
@@ -137,22 +153,73 @@ fn layer_ui(ui: &mut Ui, i: usize, (about, layer): (String, &mut Layer)) -> bool
         opacity_ui(ui, &name, opacity, "How much each triangle hides of what is behind");
     }
     let Look::Polygons(look) = &mut layer.look else { return removed };
+    if !arrays.is_empty() {
+        row_ui(ui, "Colour by", |ui| array_ui(ui, &name, arrays, look));
+    }
+    if let Some(by) = &mut look.by {
+        row_ui(ui, "Colours", |ui| {
+            let chosen = choose_ui(ui, &format!("{name} colours"), Some(by.map));
+            by.map = chosen.unwrap_or(by.map);
+        });
+        row_ui(ui, "From, to", |ui| ends_ui(ui, &name, arrays.get(by.array), &mut by.range));
+    }
     row_ui(ui, "", |ui| {
-        let mut is_one = look.colour.is_some();
-        let switch = ui.checkbox(&mut is_one, "One colour");
-        let switch = switch.accessible_name(format!("{name} one colour"));
-        let help = "Another colour than the file's own";
-        if switch.on_hover_text(help).changed() {
-            look.colour = is_one.then_some(POLYGON_COLOUR);
-        }
-        if let Some(Srgb8(colour)) = &mut look.colour {
-            ui.color_edit_button_srgb(colour)
-                .accessible_name(format!("{name} colour"))
-                .on_hover_text("The colour of all its triangles");
+        if look.by.is_none() {
+            one_colour_ui(ui, &name, look);
         }
         ui.checkbox(&mut look.is_smooth, "Smooth")
             .accessible_name(format!("{name} smooth"))
             .on_hover_text("Lit by the corners' normals rather than each triangle's own");
     });
     removed
+}
+
+fn one_colour_ui(ui: &mut Ui, name: &str, look: &mut PolygonLook) {
+    let mut is_one = look.colour.is_some();
+    let switch = ui.checkbox(&mut is_one, "One colour");
+    let switch = switch.accessible_name(format!("{name} one colour"));
+    let help = "Another colour than the file's own";
+    if switch.on_hover_text(help).changed() {
+        look.colour = is_one.then_some(POLYGON_COLOUR);
+    }
+    if let Some(Srgb8(colour)) = &mut look.colour {
+        ui.color_edit_button_srgb(colour)
+            .accessible_name(format!("{name} colour"))
+            .on_hover_text("The colour of all its triangles");
+    }
+}
+
+/// Which numbers it is coloured by, if any.
+fn array_ui(ui: &mut Ui, name: &str, arrays: &[MeshArray], look: &mut PolygonLook) {
+    const NONE: &str = "Nothing";
+    let chosen = look.by.and_then(|by| arrays.get(by.array)).map_or(NONE, |array| &array.name);
+    let combo = ComboBox::from_id_salt("array").selected_text(chosen).truncate();
+    let shown = combo.show_ui(ui, |ui| {
+        if ui.selectable_label(look.by.is_none(), NONE).clicked() {
+            look.by = None;
+        }
+        for (array, own) in arrays.iter().enumerate() {
+            let is_chosen = look.by.is_some_and(|by| by.array == array);
+            if ui.selectable_label(is_chosen, &own.name).clicked()
+                && let Some(range) = own.range()
+            {
+                let map = look.by.map_or(ColourMap::Viridis, |by| by.map);
+                look.by = Some(ByArray { array, map, range });
+            }
+        }
+    });
+    let response = shown.response.accessible_name(format!("{name} colour by"));
+    response.on_hover_text("Which of the file's numbers colour it");
+}
+
+/// The numbers that take the first and the last colour.
+fn ends_ui(ui: &mut Ui, name: &str, array: Option<&MeshArray>, range: &mut [f64; 2]) {
+    let own = array.and_then(MeshArray::range).unwrap_or(*range);
+    let speed = ((own[1] - own[0]).abs() / 200.0).max(f64::MIN_POSITIVE);
+    for (end, what) in range.iter_mut().zip(["first", "last"]) {
+        let field = DragValue::new(end).speed(speed).custom_formatter(|v, _| words::value(v));
+        ui.add(field)
+            .accessible_name(format!("{name} {what} colour at"))
+            .on_hover_text(format!("The number that takes the {what} colour"));
+    }
 }

@@ -1,8 +1,12 @@
 //! Files of triangles: STL, PLY and OBJ, positions as they stand, which is world space.
 //!
+//! A file that holds nothing else is opened alone as a volume's is ([`surface_of`]): its points and what they carry as a grid,
+//! its triangles as a mesh with the same numbers on it.
+//!
 //! Crates parse; here is what is checked before they may and after. A file is read whole, once memory
 //! is known to hold it and what becomes of it.
 
+mod alone;
 mod obj;
 mod ply;
 mod stl;
@@ -10,15 +14,20 @@ mod stl;
 use std::io::{self, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 use super::error::{Problem, ReadError, corrupt, quoted_bytes, truncated, unrecognised};
-use super::{Format, OpenOptions, files};
+use super::files;
 use crate::core::memory::{self, require};
 use crate::core::progress::Ticket;
-use crate::polygons::{Mesh, MeshError};
-use crate::volume::Shape;
+use crate::polygons::{Mesh, MeshArray, MeshError, MeshValues};
+
+pub use alone::{array_name, surface_of};
+pub(super) use alone::{format_of, read_alone};
 
 /// A file format of triangles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum MeshFormat {
     /// Stereolithography, ascii or binary.
     Stl,
@@ -29,6 +38,15 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
+    /// The lower-case word that `info` and scripts use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stl => "stl",
+            Self::Ply => "ply",
+            Self::Obj => "obj",
+        }
+    }
+
     /// What files of it end in.
     pub const EXTENSIONS: [&str; 3] = ["stl", "ply", "obj"];
 
@@ -76,28 +94,21 @@ pub fn open(
 }
 
 fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Problem> {
-    let (mut file, len) = files::open_file(path)?;
-    if len == 0 {
-        return Err(Problem::Empty);
-    }
-    require("a mesh", len.saturating_mul(MOST_GROWTH), free_bytes)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if MeshFormat::of(path).is_none()
-        && let Some(opened) = of_cells(path, &name, free_bytes, ticket)?
+        && let Some(opened) = alone::of_cells(path, &name, free_bytes, ticket)?
     {
         return Ok(opened);
     }
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(Problem::Io)?;
-    let format = recognise(path, &bytes)?;
-    let mut warnings = Vec::new();
-    let parts = match format {
-        MeshFormat::Stl => stl::read(bytes, ticket, &mut warnings),
-        MeshFormat::Ply => ply::read(bytes, ticket),
-        MeshFormat::Obj => obj::read(bytes, ticket),
-    }?;
-    let Parts { positions, normals, colours, triangles } = parts;
-    let mesh = Mesh::of_places(name, &positions, normals, colours, triangles).map_err(no_mesh)?;
+    let (parts, _, mut warnings) = parts_of(path, free_bytes, ticket)?;
+    let Parts { positions, normals, colours, triangles, numbers } = parts;
+    #[expect(clippy::cast_possible_truncation, reason = "colours need no more digits")]
+    let narrow = |values: Vec<f64>| values.into_iter().map(|v| v as f32).collect();
+    let array = |(name, values)| MeshArray { name, values: MeshValues::Corners(narrow(values)) };
+    let arrays = numbers.into_iter().map(array).collect();
+    let mesh = Mesh::of_places(name, &positions, normals, colours, triangles)
+        .and_then(|mesh| mesh.with_arrays(arrays))
+        .map_err(no_mesh)?;
     let degenerate = mesh.degenerate();
     if degenerate > 0 {
         warnings.push(format!(
@@ -108,6 +119,29 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
     Ok(OpenedMesh { mesh, path: path.to_owned(), warnings })
 }
 
+/// What a file of triangles holds, and what was ignored of it.
+fn parts_of(
+    path: &Path,
+    free_bytes: u64,
+    ticket: &Ticket,
+) -> Result<(Parts, MeshFormat, Vec<String>), Problem> {
+    let (mut file, len) = files::open_file(path)?;
+    if len == 0 {
+        return Err(Problem::Empty);
+    }
+    require("a mesh", len.saturating_mul(MOST_GROWTH), free_bytes)?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(Problem::Io)?;
+    let format = recognise(path, &bytes)?;
+    let mut warnings = Vec::new();
+    let parts = match format {
+        MeshFormat::Stl => stl::read(bytes, ticket, &mut warnings),
+        MeshFormat::Ply => ply::read(bytes, ticket),
+        MeshFormat::Obj => obj::read(bytes, ticket),
+    }?;
+    Ok((parts, format, warnings))
+}
+
 /// What readers find.
 #[derive(Debug, Default)]
 struct Parts {
@@ -116,6 +150,8 @@ struct Parts {
     normals: Vec<glam::Vec3>,
     colours: Vec<crate::core::Srgb8>,
     triangles: Vec<[u32; 3]>,
+    /// Other numbers of the corners, by name.
+    numbers: Vec<(String, Vec<f64>)>,
 }
 
 impl Parts {
@@ -124,38 +160,6 @@ impl Parts {
         let [first, rest @ ..] = corners else { return };
         self.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
     }
-}
-
-/// The surface of a file of cells: its polygons, and the outer faces of its solids. `None` of other files.
-fn of_cells(
-    path: &Path,
-    name: &str,
-    free_bytes: u64,
-    ticket: &Ticket,
-) -> Result<Option<OpenedMesh>, Problem> {
-    let has_cells = matches!(
-        super::recognise(path),
-        Ok(Format::Vtu | Format::Vtp | Format::Vtk | Format::Exodus | Format::NetCdf)
-    );
-    if !has_cells {
-        return Ok(None);
-    }
-    let options = OpenOptions { memory_limit_bytes: Some(free_bytes), ..OpenOptions::default() };
-    let opened = super::read(path, &options, ticket)?;
-    let Shape::Unstructured(cells) = &opened.grid.shape else { return Ok(None) };
-    let triangles = cells.triangles();
-    // Points that no triangle has may lie anywhere.
-    let mut is_used = vec![false; cells.points().len()];
-    triangles.iter().flatten().for_each(|point| is_used[*point as usize] = true);
-    let first = triangles.first().map_or(glam::DVec3::ZERO, |t| cells.points()[t[0] as usize]);
-    let place = |(point, is_used): (&glam::DVec3, bool)| match is_used {
-        true => *point,
-        false => first,
-    };
-    let positions: Vec<_> = cells.points().iter().zip(is_used).map(place).collect();
-    let mesh =
-        Mesh::of_places(name, &positions, Vec::new(), Vec::new(), triangles).map_err(no_mesh)?;
-    Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings: opened.warnings }))
 }
 
 fn recognise(path: &Path, bytes: &[u8]) -> Result<MeshFormat, Problem> {

@@ -1,5 +1,4 @@
-//! PLY, read by `ply-rs-bw`: positions, normals and colours of corners, and faces; all else is passed
-//! over.
+//! PLY, read by `ply-rs-bw`: positions, normals, colours and other numbers of corners, and faces; all else is passed over.
 
 use std::io::BufReader;
 
@@ -20,11 +19,22 @@ struct Element {
     normal: Vec3,
     colour: [u8; 3],
     corners: Vec<u32>,
+    /// Other numbers, in their order.
+    others: Vec<f64>,
 }
+
+/// The properties of a corner that have a place of their own.
+const KNOWN: [&str; 12] = ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "r", "g", "b"];
 
 impl PropertyAccess for Element {
     fn new() -> Self {
-        Self { position: DVec3::NAN, normal: Vec3::ZERO, colour: [0; 3], corners: Vec::new() }
+        Self {
+            position: DVec3::NAN,
+            normal: Vec3::ZERO,
+            colour: [0; 3],
+            corners: Vec::new(),
+            others: Vec::new(),
+        }
     }
 
     fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
@@ -47,7 +57,13 @@ impl PropertyAccess for Element {
             "green" | "g" => set(&mut self.colour[1], channel()),
             "blue" | "b" => set(&mut self.colour[2], channel()),
             "vertex_indices" | "vertex_index" => set(&mut self.corners, value.to_u32_list()),
-            _ => PropertyAccessResult::Ignored,
+            _ => match place() {
+                Some(number) => {
+                    self.others.push(number);
+                    PropertyAccessResult::Set
+                }
+                None => PropertyAccessResult::Ignored,
+            },
         }
     }
 }
@@ -129,6 +145,18 @@ pub(super) fn read(bytes: Vec<u8>, ticket: &Ticket) -> Result<Parts, Problem> {
                 if ["nx", "ny", "nz"].iter().all(|axis| has(element, axis)) {
                     parts.normals = elements.iter().map(|e| e.normal).collect();
                 }
+                let is_number =
+                    |property: &PropertyType| matches!(property, PropertyType::Scalar(_));
+                let others = element.properties.iter().filter(|(name, property)| {
+                    !KNOWN.contains(&name.as_str()) && is_number(&property.data_type)
+                });
+                parts.numbers = others
+                    .enumerate()
+                    .map(|(i, (name, _))| {
+                        let number = |e: &Element| e.others.get(i).copied().unwrap_or(f64::NAN);
+                        (name.clone(), elements.iter().map(number).collect())
+                    })
+                    .collect();
                 let is_coloured = |names: [&str; 3]| names.iter().all(|name| has(element, name));
                 if is_coloured(["red", "green", "blue"]) || is_coloured(["r", "g", "b"]) {
                     parts.colours = elements.iter().map(|e| Srgb8(e.colour)).collect();

@@ -8,7 +8,7 @@ use super::{MARGIN, scale_bar};
 use crate::core::Srgb8;
 use crate::core::colour::srgb_from_linear;
 use crate::kernel::Kernel;
-use crate::scene::{AlongRay, Index, Scene, Shading, VectorLayer};
+use crate::scene::{AlongRay, Index, PolygonLayer, Scene, Shading, VectorLayer};
 use crate::transfer::{ColourSource, TransferFunction};
 use crate::vector::{ColourBy, VectorSettings};
 use crate::volume::ScalarVolume;
@@ -62,7 +62,17 @@ impl<'a> Legend<'a> {
                 all.push(Self::of_vectors(layer));
             }
         }
+        all.extend(scene.polygons().into_iter().filter_map(Self::of_surface));
         all
+    }
+
+    /// Of polygons that are coloured by numbers on them.
+    fn of_surface(PolygonLayer { mesh, look }: PolygonLayer) -> Option<Self> {
+        let by = look.by?;
+        let title = mesh.arrays().get(by.array)?.name.clone();
+        let [a, b] = by.range;
+        let colour = Box::new(move |at: f64| by.colour(at).to_linear().0);
+        Some(Self { title, range: [a.min(b), a.max(b)], colour, opacity: None, names: Vec::new() })
     }
 
     /// Of the scalar field.

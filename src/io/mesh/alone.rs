@@ -1,0 +1,161 @@
+//! Surfaces as files that are opened by themselves, and the surfaces of files of cells.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::super::error::{Problem, ReadError};
+use super::super::unstructured::{self, Part, field_of, kind};
+use super::super::{Format, OpenOptions, Opened};
+use super::{MeshFormat, OpenedMesh, Parts, no_mesh, parts_of};
+use crate::cells::Listing;
+use crate::core::progress::Ticket;
+use crate::polygons::{Mesh, MeshArray, MeshError, MeshValues};
+use crate::volume::{Association, Component, Field, Grid, Samples, Shape, VolumeError};
+
+/// The format of a file of triangles, by its first bytes, and only where these say nothing by its name.
+pub(in super::super) fn format_of(path: &Path, start: &[u8]) -> Option<MeshFormat> {
+    if start.starts_with(b"ply\n") || start.starts_with(b"ply\r") {
+        return Some(MeshFormat::Ply);
+    }
+    MeshFormat::of(path)
+}
+
+/// A file of triangles or points as a grid: its points with the numbers that they carry, and its triangles as cells.
+pub(in super::super) fn read_alone(
+    path: &Path,
+    free_bytes: u64,
+    ticket: &Ticket,
+) -> Result<Opened, Problem> {
+    let (parts, format, mut warnings) = parts_of(path, free_bytes, ticket)?;
+    let Parts { positions, colours, triangles, numbers, .. } = parts;
+    if triangles.is_empty() && !colours.is_empty() {
+        warnings.push("the points' own colours are not shown: they are coloured by value".into());
+    }
+    let types = vec![kind::TRIANGLE; triangles.len()];
+    let starts = (0..=triangles.len()).map(|triangle| 3 * triangle).collect();
+    let corners = triangles.into_iter().flatten().collect();
+    let listing = Listing { points: positions, types, starts, corners, ..Listing::default() };
+    let field = |(name, values): (String, Vec<f64>)| {
+        field_of(name, (1, Association::Point), Samples::Float64(values))
+    };
+    let fields = numbers.into_iter().map(field).collect();
+    let grid = unstructured::grid(Part { listing, fields }, &[], free_bytes, &mut warnings)?;
+    Ok(Opened::of(grid, Format::Polygons(format), warnings))
+}
+
+/// The surface of a file of cells: its polygons, and the outer faces of its solids. `None` of other files.
+pub(super) fn of_cells(
+    path: &Path,
+    name: &str,
+    free_bytes: u64,
+    ticket: &Ticket,
+) -> Result<Option<OpenedMesh>, Problem> {
+    let has_cells = matches!(
+        super::super::recognise(path),
+        Ok(Format::Vtu | Format::Vtp | Format::Vtk | Format::Exodus | Format::NetCdf)
+    );
+    if !has_cells {
+        return Ok(None);
+    }
+    let options = OpenOptions { memory_limit_bytes: Some(free_bytes), ..OpenOptions::default() };
+    let opened = super::super::read(path, &options, ticket)?;
+    if !matches!(opened.grid.shape, Shape::Unstructured(_)) {
+        return Ok(None);
+    }
+    let mesh = mesh_of(&opened.grid, name, None, ticket).map_err(|error| match error {
+        Unmade::Mesh(error) => no_mesh(error),
+        Unmade::Volume(error) => Problem::from(error),
+    })?;
+    let is_told = |warning: &String| !warning.contains(unstructured::EMBED_THEM);
+    let warnings = opened.warnings.into_iter().filter(is_told).collect();
+    Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings }))
+}
+
+/// The polygons of a file that has no cell with volume, with its fields as numbers on them ([`array_name`]), that which is drawn
+/// among them; `None` of other files.
+///
+/// # Errors
+/// Too little memory; cancelled; a file that changed since it was opened.
+pub fn surface_of(
+    path: &Path,
+    grid: &Grid,
+    drawn: (&Field, Component),
+    ticket: &Ticket,
+) -> Result<Option<Mesh>, ReadError> {
+    match &grid.shape {
+        Shape::Unstructured(cells) if cells.is_surface() => {}
+        _ => return Ok(None),
+    }
+    if MeshFormat::of(path).is_some() {
+        // It may have normals and colours, too, which grids have not.
+        return super::open(path, None, ticket).map(|opened| Some(opened.mesh));
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    match mesh_of(grid, &name, Some(drawn), ticket) {
+        Ok(mesh) => Ok(Some(mesh)),
+        // All of its polygons are of points that lie nowhere.
+        Err(Unmade::Mesh(_)) => Ok(None),
+        Err(Unmade::Volume(error)) => Err(Problem::from(error).at(path)),
+    }
+}
+
+/// Why there is no mesh.
+enum Unmade {
+    Mesh(MeshError),
+    Volume(VolumeError),
+}
+
+fn mesh_of(
+    grid: &Grid,
+    name: &str,
+    drawn: Option<(&Field, Component)>,
+    ticket: &Ticket,
+) -> Result<Mesh, Unmade> {
+    let Shape::Unstructured(cells) = &grid.shape else {
+        return Err(Unmade::Mesh(MeshError::Empty));
+    };
+    let (triangles, sources): (Vec<[u32; 3]>, Vec<u32>) = cells.triangles().into_iter().unzip();
+    // Points that no triangle has may lie anywhere.
+    let mut is_used = vec![false; cells.points().len()];
+    triangles.iter().flatten().for_each(|point| is_used[*point as usize] = true);
+    let first = triangles.first().map_or(DVec3::ZERO, |t| cells.points()[t[0] as usize]);
+    let place = |(point, is_used): (&DVec3, bool)| if is_used { *point } else { first };
+    let positions: Vec<_> = cells.points().iter().zip(is_used).map(place).collect();
+    let mut arrays: Vec<MeshArray> = Vec::new();
+    let usual = grid.fields.iter().map(|field| (field, Component::usual(field.components)));
+    for (field, component) in drawn.into_iter().chain(usual) {
+        let name = array_name(field, component);
+        if arrays.iter().any(|array| array.name == name) {
+            continue;
+        }
+        let own = grid.samples_of(field, component, ticket).map_err(Unmade::Volume)?;
+        let own: Vec<f64> = (0..own.len()).map(|i| own.get(i)).collect();
+        // Numbers that only count points or cells, as stand in where a file has none, say nothing.
+        if own.iter().enumerate().all(|(i, value)| *value == i as f64) {
+            continue;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "colours need no more digits")]
+        let narrow = |v: f64| v as f32;
+        let values = match field.association {
+            Association::Point => {
+                MeshValues::Corners(cells.with_added(own).into_iter().map(narrow).collect())
+            }
+            Association::Cell => MeshValues::Triangles(
+                sources.iter().map(|cell| narrow(own[*cell as usize])).collect(),
+            ),
+        };
+        arrays.push(MeshArray { name, values });
+    }
+    let mesh = Mesh::of_places(name, &positions, Vec::new(), Vec::new(), triangles);
+    mesh.and_then(|mesh| mesh.with_arrays(arrays)).map_err(Unmade::Mesh)
+}
+
+/// What a number of a field is called among the numbers on a mesh.
+pub fn array_name(field: &Field, component: Component) -> String {
+    match (field.components, component) {
+        (1, _) => field.name.clone(),
+        (_, Component::Index(index)) => format!("{} [{index}]", field.name),
+        _ => format!("{} ({})", field.name, component.word()),
+    }
+}
