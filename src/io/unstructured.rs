@@ -1,5 +1,7 @@
 //! What readers of cells share: numbers of a file as checked lists, pieces joined, and the grid made of them.
 
+mod told;
+
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -8,10 +10,10 @@ use super::axes;
 use super::bytes::{DEFLATE_MOST, no_samples, reserve_samples};
 use super::error::{Problem, header, quoted, truncated, unsupported};
 use crate::cells::{Cells, CellsError, Listing};
-use crate::core::counted;
 use crate::core::memory::{self, TooLarge};
-use crate::rbf::log_densities;
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
+
+pub(super) use told::EMBED_THEM;
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
 pub(super) mod kind {
@@ -486,15 +488,16 @@ pub(super) fn grid(
     memory::require("the cells of the file, split into simple ones", needed, free_bytes)?;
     // What lies on no cell is no field.
     fields.retain(|field| !field.samples.is_empty());
-    tell_apart(&mut fields, warnings);
-    warnings.extend(flat_cells(&listing.types));
+    told::tell_apart(&mut fields, warnings);
+    warnings.extend(told::flat_cells(&listing.types));
+    warnings.extend(told::straightened(&listing, &fields));
     axes::activate(&mut fields, active);
     if fields.is_empty() {
         // Vertices, or no cells at all: what points have themselves is how dense they lie.
         let are_points_alone = listing.types.iter().all(|kind| *kind <= 2);
         fields.push(match are_points_alone {
-            true => density(&listing.points, warnings),
-            false => numbers(points, cells, warnings),
+            true => told::density(&listing.points, warnings),
+            false => told::numbers(points, cells, warnings),
         });
     }
     let cells = Cells::new(listing).map_err(no_cells)?;
@@ -507,84 +510,12 @@ pub(super) fn grid(
     Ok(Grid::shaped([points, 1, 1], Shape::Unstructured(Arc::new(cells)), fields)?)
 }
 
-/// Whether VTK's number is of a cell that has an area and no volume.
-fn is_flat(kind: u8) -> bool {
-    matches!(kind, 5..=9 | 22 | 23 | 28 | 30 | 34 | 36 | 69 | 70 | 76 | 77)
-}
-
-/// What to do about cells that are left out.
-pub(super) const EMBED_THEM: &str = "to see such cells, embed the file as polygons (--mesh)";
-
-/// What becomes of cells without a volume.
-fn flat_cells(types: &[u8]) -> Option<String> {
-    let flat = types.iter().filter(|kind| is_flat(**kind)).count();
-    // The others are of points and lines.
-    let has_solids =
-        types.iter().any(|kind| !is_flat(*kind) && !matches!(kind, 0..=4 | 21 | 35 | 68 | 75));
-    match (flat, has_solids) {
-        (0, _) => None,
-        (flat, true) => Some(format!(
-            "{} {} no volume: left out here; {EMBED_THEM}",
-            counted(flat, "cell"),
-            if flat == 1 { "has" } else { "have" }
-        )),
-        // They are shown as polygons.
-        (_, false) => None,
-    }
-}
-
-/// Gives arrays of one name on the same places names of their own.
-fn tell_apart(fields: &mut [Field], warnings: &mut Vec<String>) {
-    for at in 1..fields.len() {
-        let (before, rest) = fields.split_at_mut(at);
-        let field = &mut rest[0];
-        let same =
-            |other: &&Field| other.name == field.name && other.association == field.association;
-        let name = field.name.clone();
-        if before.iter().any(|other| same(&other)) {
-            let is_taken = |new: &String| before.iter().any(|other| other.name == *new);
-            let new = (2..).map(|n| format!("{name} {n}")).find(|new| !is_taken(new));
-            field.name = new.unwrap_or(name.clone());
-            warnings.push(format!(
-                "several arrays are called {}: one of them is {} here",
-                quoted(&name),
-                quoted(&field.name)
-            ));
-        }
-    }
-}
-
 fn no_cells(error: CellsError) -> Problem {
     header(
         error.expected,
         error.found,
         "the file was altered, or its writer is at fault: copy it again",
     )
-}
-
-/// A field for points without any.
-fn density(points: &[DVec3], warnings: &mut Vec<String>) -> Field {
-    let name = "log10 density";
-    warnings.push(format!(
-        "the file has no array of numbers: how dense its points lie stands in as the field {name:?}, the decimal logarithm of \
-         points per unit of volume"
-    ));
-    let samples = Arc::new(Samples::Float64(log_densities(points)));
-    Field { name: name.into(), components: 1, association: Association::Point, samples }
-}
-
-/// A field for files of cells without any: the cells' numbers, or the points' where there are no cells.
-fn numbers(points: usize, cells: usize, warnings: &mut Vec<String>) -> Field {
-    let (name, association, count) = match cells {
-        0 => ("point", Association::Point, points),
-        _ => ("cell", Association::Cell, cells),
-    };
-    warnings.push(format!(
-        "the file has no array of numbers: the numbers of its {name}s stand in as the field {name:?}"
-    ));
-    #[expect(clippy::cast_possible_truncation, reason = "there are fewer than 2^32")]
-    let samples = Samples::UInt32((0..count as u32).collect());
-    Field { name: name.into(), components: 1, association, samples: Arc::new(samples) }
 }
 
 /// As many solids as the cells can become at most.

@@ -316,6 +316,26 @@ mod tests {
     }
 
     #[test]
+    fn numbers_stand_on_corners_or_triangles_and_are_as_many() {
+        let array = |values| vec![MeshArray { name: "T".into(), values }];
+        let two = || mesh(vec![[0, 1, 2], [3, 1, 0]]).unwrap();
+        let corners = two().with_arrays(array(MeshValues::Corners(vec![1.0, 2.0, f32::NAN, 8.0])));
+        let corners = corners.unwrap();
+        let found: Vec<[f32; 3]> = corners.values(0).collect();
+        assert_eq!((found[0][..2].to_vec(), found[1]), (vec![1.0, 2.0], [8.0, 2.0, 1.0]));
+        assert!(found[0][2].is_nan() && corners.values(1).flatten().all(f32::is_nan));
+        assert_eq!(corners.arrays()[0].range(), Some([1.0, 8.0]));
+        let own = two().with_arrays(array(MeshValues::Triangles(vec![5.0, 7.0]))).unwrap();
+        assert_eq!(own.values(0).collect::<Vec<_>>(), [[5.0; 3], [7.0; 3]]);
+        for wrong in [MeshValues::Corners(vec![1.0; 3]), MeshValues::Triangles(vec![1.0; 4])] {
+            let refused = two().with_arrays(array(wrong)).unwrap_err().to_string();
+            assert!(refused.contains("numbers"), "{refused}");
+        }
+        let none = array(MeshValues::Triangles(vec![f32::NAN, f32::INFINITY]));
+        assert_eq!(two().with_arrays(none).unwrap().arrays()[0].range(), None);
+    }
+
+    #[test]
     fn flat_normals_are_the_triangles_and_smooth_ones_their_means() {
         let mesh = mesh(vec![[0, 1, 2], [0, 3, 1]]).unwrap();
         let flat: Vec<_> = mesh.triangles(false).map(|t| t.normals).collect();

@@ -150,3 +150,60 @@ impl From<PolygonLayer> for (Sampled, Look) {
         (Sampled::Mesh(mesh), Look::Polygons(look))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::polygons::{MeshArray, MeshValues};
+
+    fn mesh(colours: Vec<Srgb8>) -> Arc<Mesh> {
+        let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let mesh = Mesh::new("m", corners, Vec::new(), colours, vec![[0, 1, 2]]).unwrap();
+        let array = |name: &str, values: Vec<f32>| MeshArray {
+            name: name.into(),
+            values: MeshValues::Corners(values),
+        };
+        let arrays = vec![array("a", vec![0.0; 3]), array("T", vec![1.0, 3.0, f32::NAN])];
+        Arc::new(mesh.with_arrays(arrays).unwrap())
+    }
+
+    fn colours(layer: &PolygonLayer) -> [Srgb8; 3] {
+        layer.triangles().next().unwrap().1
+    }
+
+    #[test]
+    fn numbers_colour_corners_by_the_map_between_the_ends_of_its_range() {
+        let range = [1.0, 5.0];
+        let gray = ColourSource::Map { map: ColourMap::Gray, range };
+        let mut layer = PolygonLayer::of_surface(mesh(Vec::new()), "T", &gray);
+        assert_eq!(layer.look.by, Some(ByArray { array: 1, map: ColourMap::Gray, range }));
+        // Half of the way is half of 255 as encoded.
+        assert_eq!(colours(&layer), [Srgb8([0; 3]), Srgb8([128; 3]), POLYGON_COLOUR]);
+        layer.look.by = layer.look.by.map(|by| ByArray { range: [3.0, 1.0], ..by });
+        assert_eq!(colours(&layer)[..2], [Srgb8([255; 3]), Srgb8([0; 3])]);
+        layer.look.by = None;
+        assert_eq!(colours(&layer), [POLYGON_COLOUR; 3]);
+        // Without a map the numbers' own range.
+        let stops = ColourSource::Stops(vec![(0.0, Srgb8::WHITE)]);
+        let by = PolygonLayer::of_surface(mesh(Vec::new()), "T", &stops).look.by;
+        assert_eq!(by.map(|by| by.range), Some([1.0, 3.0]));
+    }
+
+    #[test]
+    fn surfaces_with_colours_of_their_own_or_without_the_numbers_are_not_coloured_by_them() {
+        let gray = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] };
+        let own = [[1, 2, 3], [4, 5, 6], [7, 8, 9]].map(Srgb8);
+        let layer = PolygonLayer::of_surface(mesh(own.to_vec()), "T", &gray);
+        assert_eq!((layer.look.by, colours(&layer)), (None, own));
+        assert_eq!(PolygonLayer::of_surface(mesh(Vec::new()), "U", &gray).look.by, None);
+    }
+
+    #[test]
+    fn looks_that_were_saved_before_numbers_coloured_are_read() {
+        let old = r#"{"colour":null,"opacity":0.5,"is_smooth":true}"#;
+        let look: PolygonLook = serde_json::from_str(old).unwrap();
+        assert_eq!((look.by, look.opacity), (None, 0.5));
+    }
+}

@@ -15,6 +15,10 @@ const FOOT: f64 = 0.05;
 const LABEL_OPACITY: f64 = 0.9;
 /// Over a median edge of cells, where their values are least and greatest.
 const CELL_OPACITY: [f64; 2] = [0.3, 0.7];
+/// So many unit distances through cells are enough to show them.
+const THICK_CELLS: f64 = 1.5;
+/// Opacity of thin cells at most, so that what lies behind shows a little.
+const MOST_OF_CELLS: f64 = 0.97;
 /// Where matter of a map begins and is dense, in standard deviations of its noise.
 const MAP_LEVELS: [f64; 2] = [2.5, 5.0];
 /// How far below the least visible value a map that begins in black begins, in parts of the visible range: matter that
@@ -98,25 +102,30 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
 }
 
 /// A transfer function for cells that nobody has looked at yet: all of them are seen, as in other programs, so that their shape
-/// and their outer faces tell what they are; the denser, the greater their values are. Names have a colour each, 0 too.
-pub fn of_cells(statistics: &Statistics) -> TransferFunction {
+/// and their outer faces tell what they are; the denser, the greater their values are. Names have a colour each, 0 too. What is
+/// thin, `depth` unit distances from one side to the other, is denser, so that it is seen as well.
+pub fn of_cells(statistics: &Statistics, depth: f64) -> TransferFunction {
     if !(statistics.max - statistics.min).is_finite() {
-        return for_huge(statistics, of_cells);
+        return for_huge(statistics, |statistics| of_cells(statistics, depth));
     }
+    // From one side to the other as opaque as so many unit distances, where it is not.
+    let times = (THICK_CELLS / depth).max(1.0);
+    let denser = |opacity: f64| 1.0 - (1.0 - opacity).powf(times).max(1.0 - MOST_OF_CELLS);
     if statistics.min < statistics.max && Kind::of(statistics) == Kind::Labels {
         let stops = labels(statistics).into_iter().enumerate().flat_map(|(number, label)| {
             let colour = colour_of_label(number);
             [(label - 0.5, colour), (label + 0.5, colour)]
         });
         let colour = ColourSource::Stops(stops.collect());
-        return TransferFunction::of(vec![(statistics.min, LABEL_OPACITY)], colour);
+        return TransferFunction::of(vec![(statistics.min, denser(LABEL_OPACITY))], colour);
     }
     let range = range(statistics, RangeRule::Percentiles);
     let [low, high] = [statistics.min, statistics.max];
     let colour = ColourSource::Map { map: ColourMap::Viridis, range };
+    let [least, most] = CELL_OPACITY.map(denser);
     match low < high {
-        true => TransferFunction::of(vec![(low, CELL_OPACITY[0]), (high, CELL_OPACITY[1])], colour),
-        false => TransferFunction::of(vec![(low, CELL_OPACITY[1])], colour),
+        true => TransferFunction::of(vec![(low, least), (high, most)], colour),
+        false => TransferFunction::of(vec![(low, most)], colour),
     }
 }
 
@@ -517,6 +526,23 @@ mod tests {
     }
 
     #[test]
+    fn cells_are_as_dense_from_side_to_side_however_thin_they_are() {
+        let statistics = Statistics::of(&Samples::Float32(vec![0.25, 1.0]), &Ticket::new());
+        let statistics = statistics.expect("never cancelled");
+        let through = |depth: f64| {
+            let opacity = of_cells(&statistics, depth).opacity_at(0.25);
+            1.0 - (1.0 - opacity).powf(depth)
+        };
+        assert_eq!(of_cells(&statistics, 1.5).opacity_at(0.25), 0.3);
+        assert_eq!(of_cells(&statistics, 40.0).opacity_at(0.25), 0.3);
+        for depth in [0.2, 0.5, 1.5] {
+            // 1.5 unit distances of 0.3.
+            assert!((through(depth) - (1.0 - 0.7_f64.powf(1.5))).abs() < 1e-12, "{depth}");
+        }
+        assert_eq!(of_cells(&statistics, 0.0).opacity_at(1.0), MOST_OF_CELLS);
+    }
+
+    #[test]
     fn both_ranges_are_what_they_say() {
         let (statistics, _) = of(Samples::UInt16((0..10_000).collect()));
         assert_eq!(range(&statistics, RangeRule::MinMax), [0.0, 9999.0]);
@@ -528,7 +554,7 @@ mod tests {
     fn all_cells_are_seen_at_first_and_of_names_0_too() {
         let of = |samples: Samples| {
             let statistics = Statistics::of(&samples, &Ticket::new()).expect("never cancelled");
-            (of_cells(&statistics), statistics)
+            (of_cells(&statistics, f64::INFINITY), statistics)
         };
         for samples in [
             Samples::UInt32((0..4).collect()),

@@ -27,10 +27,6 @@ fn meshes_are_embedded_or_refused_in_a_sentence() {
     fs::write(&mesh, "v 1 1 1\nv 9 1 1\nv 1 9 9\nf 1 2 3\n").expect("written");
     let mesh = mesh.to_str().expect("UTF-8");
     let of = |flags: &[&str]| rendered(folder.path(), flags);
-    // The window has no volume to put it into.
-    let output = voxsplat(&[mesh]);
-    let said = errors(&output);
-    assert!(output.status.code() == Some(2) && said.contains("expected a volume"), "{said}");
     let refused = of(&["--mesh", "nothing.stl"]).unwrap_err();
     assert!(refused.contains("found nothing of that name"), "{refused}");
     let refused = of(&["--mesh", mesh, "--backend", "raster"]).unwrap_err();
@@ -153,4 +149,64 @@ fn labels_of_another_file_are_surfaces_of_their_names_and_colours() {
     assert!(found[1][2] > found[1][0] && found[1][2] > 60, "a colour of its own: {found:?}");
     let half = pixel(&["--labels", &format!("{labels},opacity=0.5")], 24);
     assert!(half[0] < found[0][0], "{half:?}");
+}
+
+/// Two triangles side by side with a number on each corner.
+const SURFACE: &str = "# vtk DataFile Version 3.0\ns\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n\
+    -1 -1 0 1 -1 0 1 1 0 -1 1 0\nPOLYGONS 2 8\n3 0 1 2\n3 0 2 3\n\
+    POINT_DATA 4\nSCALARS heat float 1\nLOOKUP_TABLE default\n0 0 10 10\n";
+
+/// Mean of the red and of the blue of pixels that are not black, in the upper and in the lower half.
+fn halves(path: &Path) -> [[f64; 2]; 2] {
+    let picture = image::open(path).expect("a picture").to_rgb8();
+    let middle = picture.height() / 2;
+    let mean = |is_upper: bool, channel: usize| {
+        let own = picture.enumerate_pixels().filter(|(_, y, _)| (*y < middle) == is_upper);
+        let seen: Vec<f64> = own
+            .filter(|(_, _, p)| p.0 != [0; 3])
+            .map(|(_, _, p)| f64::from(p.0[channel]))
+            .collect();
+        seen.iter().sum::<f64>() / seen.len() as f64
+    };
+    [true, false].map(|is_upper| [0, 2].map(|channel| mean(is_upper, channel)))
+}
+
+#[test]
+fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [file, picture] = ["s.vtk", "s.png"].map(|name| folder.path().join(name));
+    fs::write(&file, SURFACE).expect("written");
+    let [file, to] = [&file, &picture].map(|path| path.to_str().expect("UTF-8"));
+    let draw = |flags: &[&str]| {
+        let own = ["--camera-direction", "0,0,-1", "--camera-view-up", "0,1,0", "-o", to];
+        let all =
+            [&["render", file, "--engine", "native", "--resolution", "64,64"][..], &own, flags];
+        let output = voxsplat(&all.concat());
+        match output.status.success() {
+            true => Ok(halves(&picture)),
+            false => Err(errors(&output)),
+        }
+    };
+    // Inferno runs from black over red to a yellow with little blue.
+    let [above, below] = draw(&["--colormap", "inferno"]).expect("drawn");
+    assert!(above[0] > below[0] + 30.0, "{above:?} {below:?}");
+    let turned = draw(&["--colormap", "inferno", "--color-range", "10,0"]).expect("drawn");
+    assert!(turned[1][0] > turned[0][0] + 30.0, "{turned:?}");
+    // Its points where they are asked for.
+    let points = draw(&["--kernel", "ellipsoids"]).expect("drawn");
+    assert_ne!(points, draw(&[]).expect("drawn"));
+    let seen = voxsplat(&["probe", file, "--at", "320,200", "--resolution", "640,400"]);
+    let said = String::from_utf8(seen.stdout).expect("UTF-8");
+    assert!(said.contains("polygon"), "{said}");
+    // Embedded in another file it takes its colours from an array that is named.
+    let by = format!("{file},by=heat,map=gray,range=0:20");
+    let output = voxsplat(&["render", DEMO, "--engine", "native", "--mesh", &by, "-o", to]);
+    assert!(output.status.success(), "{}", errors(&output));
+    let refused = |what: &str| {
+        let mesh = format!("{file},{what}");
+        errors(&voxsplat(&["render", DEMO, "--engine", "native", "--mesh", &mesh, "-o", to]))
+    };
+    let said = refused("by=cold");
+    assert!(said.contains("found cold") && said.contains("the file has heat"), "{said}");
+    assert!(refused("map=gray").contains("expected by=ARRAY"), "{}", refused("map=gray"));
 }

@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use glam::Vec3;
 use proptest::prelude::*;
 use voxsplat::core::{Srgb8, Ticket};
-use voxsplat::io::mesh::{OpenedMesh, open};
-use voxsplat::polygons::Mesh;
+use voxsplat::io::OpenOptions;
+use voxsplat::io::mesh::{OpenedMesh, open, surface_of};
+use voxsplat::polygons::{Mesh, MeshValues};
+use voxsplat::volume::Component;
 
 /// A square of two triangles, askew.
 const CORNERS: [[f32; 3]; 4] =
@@ -219,4 +221,84 @@ proptest! {
         // The sentence is checked there.
         drop(read(name, &bytes));
     }
+}
+
+/// Two squares side by side, a number at each point, one a cell and a vector at each point; the first is of two triangles.
+const SURFACE: &str = "# vtk DataFile Version 3.0\nsurface\nASCII\nDATASET POLYDATA\nPOINTS 7 float\n\
+    0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0 9 9 9\nPOLYGONS 3 13\n3 0 1 4\n3 0 4 3\n4 1 2 5 4\n\
+    CELL_DATA 3\nSCALARS load float 1\nLOOKUP_TABLE default\n10 20 30\n\
+    POINT_DATA 7\nSCALARS heat float 1\nLOOKUP_TABLE default\n0 1 2 3 4 5 nan\n\
+    VECTORS wind float\n3 4 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0\n";
+
+fn surface(name: &str, bytes: &[u8], field: Option<&str>) -> (Option<Mesh>, Vec<String>) {
+    let (_folder, path) = saved(name, bytes);
+    let ticket = Ticket::new();
+    let opened = voxsplat::io::open(&path, &OpenOptions::default(), &ticket).expect("a file");
+    let field = opened.grid.field(field).expect("a field");
+    let drawn = (field, Component::usual(field.components));
+    let mesh = surface_of(&path, &opened.grid, drawn, &ticket).expect("a surface");
+    (mesh, opened.warnings)
+}
+
+fn array<'a>(mesh: &'a Mesh, name: &str) -> &'a MeshValues {
+    &mesh.arrays().iter().find(|array| array.name == name).expect("an array").values
+}
+
+#[test]
+fn files_of_polygons_alone_are_surfaces_with_their_numbers_on_them() {
+    let (mesh, said) = surface("a.vtk", SURFACE.as_bytes(), Some("heat"));
+    let mesh = mesh.expect("a surface");
+    assert_eq!((mesh.len(), said), (4, Vec::new()));
+    // The point that no cell has lies nowhere far away.
+    assert_eq!(mesh.bounds()[1].to_array(), [2.0, 1.0, 0.0]);
+    assert_eq!(mesh.arrays()[0].name, "heat");
+    let MeshValues::Corners(heat) = array(&mesh, "heat") else { panic!("on points") };
+    assert_eq!(heat[..6], [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    // Both triangles of the square have its number.
+    assert_eq!(*array(&mesh, "load"), MeshValues::Triangles(vec![10.0, 20.0, 30.0, 30.0]));
+    let MeshValues::Corners(wind) = array(&mesh, "wind (magnitude)") else { panic!("on points") };
+    assert_eq!(wind[..2], [5.0, 0.0]);
+    // Without arrays it has no numbers: those of its cells, which stand in, say nothing.
+    let bare = SURFACE.split("CELL_DATA").next().expect("a head");
+    let (mesh, _) = surface("a.vtk", bare.as_bytes(), None);
+    assert!(mesh.expect("a surface").arrays().is_empty());
+}
+
+#[test]
+fn files_of_triangles_open_by_themselves_and_those_of_points_as_points() {
+    for (name, bytes) in [("a.stl", stl_ascii()), ("a.obj", OBJ.as_bytes().to_vec())] {
+        let (mesh, said) = surface(name, &bytes, None);
+        assert_eq!(soup(&mesh.expect("a surface")), square(), "{name}");
+        assert!(said.iter().all(|said| said.contains("no array of numbers")), "{said:?}");
+    }
+    let (mesh, _) = surface("no ending", &ply_binary(true), None);
+    assert_eq!(mesh.expect("a surface").len(), 2);
+    let points = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float heat\nproperty int id\n\
+        end_header\n0 0 0 1 2 3 0.5 7\n1 0 0 1 2 3 1.5 8\n0 1 0 1 2 3 2.5 9\n";
+    let (_folder, path) = saved("cloud.ply", points.as_bytes());
+    let opened =
+        voxsplat::io::open(&path, &OpenOptions::default(), &Ticket::new()).expect("points");
+    let values = |name: &str| {
+        let samples = &opened.grid.field(Some(name)).expect("a field").samples;
+        (0..samples.len()).map(|i| samples.get(i)).collect::<Vec<_>>()
+    };
+    assert_eq!((values("heat"), values("id")), (vec![0.5, 1.5, 2.5], vec![7.0, 8.0, 9.0]));
+    assert_eq!(opened.format.name(), "ply");
+    assert!(opened.warnings[0].contains("own colours are not shown"), "{:?}", opened.warnings);
+    assert_eq!(surface("cloud.ply", points.as_bytes(), None).0, None);
+    // As polygons in a volume it has none.
+    let refused = read("cloud.ply", points.as_bytes()).unwrap_err();
+    assert!(refused.contains("at least one triangle"), "{refused}");
+}
+
+#[test]
+fn meshes_of_cells_have_their_arrays_on_their_outer_faces() {
+    let text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n\
+        0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\nCELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10 10\n\
+        CELL_DATA 2\nSCALARS load float 1\nLOOKUP_TABLE default\n1 2\n";
+    let mesh = read("a.vtk", text.as_bytes()).expect("a surface").mesh;
+    let MeshValues::Triangles(load) = array(&mesh, "load") else { panic!("on cells") };
+    let count = |of: f32| load.iter().filter(|value| **value == of).count();
+    assert_eq!((mesh.len(), count(1.0), count(2.0)), (6, 3, 3));
 }

@@ -1,0 +1,178 @@
+//! What is said of the arrays and cells of a file: what is left out, stands in for what it has not, or is drawn as something
+//! simpler.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::super::error::quoted;
+use crate::cells::Listing;
+use crate::core::counted;
+use crate::rbf::log_densities;
+use crate::volume::{Association, Field, Samples};
+
+/// Whether VTK's number is of a cell that has an area and no volume.
+fn is_flat(kind: u8) -> bool {
+    matches!(kind, 5..=9 | 22 | 23 | 28 | 30 | 34 | 36 | 69 | 70 | 76 | 77)
+}
+
+/// What to do about cells that are left out.
+pub(in super::super) const EMBED_THEM: &str =
+    "to see such cells, embed the file as polygons (--mesh)";
+
+/// What becomes of cells without a volume.
+pub(super) fn flat_cells(types: &[u8]) -> Option<String> {
+    let flat = types.iter().filter(|kind| is_flat(**kind)).count();
+    // The others are of points and lines.
+    let has_solids =
+        types.iter().any(|kind| !is_flat(*kind) && !matches!(kind, 0..=4 | 21 | 35 | 68 | 75));
+    match (flat, has_solids) {
+        (0, _) => None,
+        (flat, true) => Some(format!(
+            "{} {} no volume: left out here; {EMBED_THEM}",
+            counted(flat, "cell"),
+            if flat == 1 { "has" } else { "have" }
+        )),
+        // They are shown as polygons.
+        (_, false) => None,
+    }
+}
+
+/// Gives arrays of one name on the same places names of their own.
+pub(super) fn tell_apart(fields: &mut [Field], warnings: &mut Vec<String>) {
+    for at in 1..fields.len() {
+        let (before, rest) = fields.split_at_mut(at);
+        let field = &mut rest[0];
+        let same =
+            |other: &&Field| other.name == field.name && other.association == field.association;
+        let name = field.name.clone();
+        if before.iter().any(|other| same(&other)) {
+            let is_taken = |new: &String| before.iter().any(|other| other.name == *new);
+            let new = (2..).map(|n| format!("{name} {n}")).find(|new| !is_taken(new));
+            field.name = new.unwrap_or(name.clone());
+            warnings.push(format!(
+                "several arrays are called {}: one of them is {} here",
+                quoted(&name),
+                quoted(&field.name)
+            ));
+        }
+    }
+}
+
+/// A field for points without any.
+pub(super) fn density(points: &[DVec3], warnings: &mut Vec<String>) -> Field {
+    let name = "log10 density";
+    warnings.push(format!(
+        "the file has no array of numbers: how dense its points lie stands in as the field {name:?}, the decimal logarithm of \
+         points per unit of volume"
+    ));
+    let samples = Arc::new(Samples::Float64(log_densities(points)));
+    Field { name: name.into(), components: 1, association: Association::Point, samples }
+}
+
+/// A field for files of cells without any: the cells' numbers, or the points' where there are no cells.
+pub(super) fn numbers(points: usize, cells: usize, warnings: &mut Vec<String>) -> Field {
+    let (name, association, count) = match cells {
+        0 => ("point", Association::Point, points),
+        _ => ("cell", Association::Cell, cells),
+    };
+    warnings.push(format!(
+        "the file has no array of numbers: the numbers of its {name}s stand in as the field {name:?}"
+    ));
+    #[expect(clippy::cast_possible_truncation, reason = "there are fewer than 2^32")]
+    let samples = Samples::UInt32((0..count as u32).collect());
+    Field { name: name.into(), components: 1, association, samples: Arc::new(samples) }
+}
+
+/// The corners of a curved cell's edges, each with the point in its middle, by VTK's number; none of straight ones.
+fn curved_edges(kind: u8) -> &'static [[usize; 3]] {
+    match kind {
+        // Quadratic tetrahedra, and Lagrange's of the second order, which number their points alike.
+        24 | 71 => &[[0, 4, 1], [1, 5, 2], [2, 6, 0], [0, 7, 3], [1, 8, 3], [2, 9, 3]],
+        25 | 29 => &[
+            [0, 8, 1],
+            [1, 9, 2],
+            [2, 10, 3],
+            [3, 11, 0],
+            [4, 12, 5],
+            [5, 13, 6],
+            [6, 14, 7],
+            [7, 15, 4],
+            [0, 16, 4],
+            [1, 17, 5],
+            [2, 18, 6],
+            [3, 19, 7],
+        ],
+        26 => &[
+            [0, 6, 1],
+            [1, 7, 2],
+            [2, 8, 0],
+            [3, 9, 4],
+            [4, 10, 5],
+            [5, 11, 3],
+            [0, 12, 3],
+            [1, 13, 4],
+            [2, 14, 5],
+        ],
+        27 => &[
+            [0, 5, 1],
+            [1, 6, 2],
+            [2, 7, 3],
+            [3, 8, 0],
+            [0, 9, 4],
+            [1, 10, 4],
+            [2, 11, 4],
+            [3, 12, 4],
+        ],
+        _ => &[],
+    }
+}
+
+/// How far the straight parts that curved cells are split into are off along their edges: there a quadratic function through
+/// a, m and b differs from straight lines between these by |a − 2m + b| / 8 at most. Of the field that is off by the greatest
+/// part of its range.
+pub(super) fn straightened(listing: &Listing, fields: &[Field]) -> Option<String> {
+    let all = || {
+        listing.types.iter().enumerate().flat_map(|(cell, kind)| {
+            let own = listing.corners.get(listing.starts[cell]..listing.starts[cell + 1]);
+            let own = own.unwrap_or_default();
+            let edges = curved_edges(*kind).iter();
+            edges.filter_map(|edge| {
+                let [a, m, b] = edge.map(|i| own.get(i).map(|point| *point as usize));
+                Some([a?, m?, b?])
+            })
+        })
+    };
+    let is_of_lagrange = |(cell, kind): (usize, &u8)| {
+        *kind == 72 && listing.starts[cell + 1].saturating_sub(listing.starts[cell]) > 8
+    };
+    if all().next().is_none() && !listing.types.iter().enumerate().any(is_of_lagrange) {
+        return None;
+    }
+    let share = |field: &Field| -> f64 {
+        let of = |i: usize| field.samples.get(i);
+        let parts = (0..field.components).map(|c| {
+            let at = |point: usize| of(point * field.components + c);
+            let off = all().map(|[a, m, b]| ((at(a) - 2.0 * at(m) + at(b)) / 8.0).abs());
+            let off = off.filter(|off| off.is_finite()).fold(0.0, f64::max);
+            let own = (0..field.samples.len() / field.components).map(at);
+            let none = [f64::INFINITY, f64::NEG_INFINITY];
+            let own = own.filter(|v| v.is_finite());
+            let [low, high] = own.fold(none, |[low, high], v| [low.min(v), high.max(v)]);
+            if high > low { off / (high - low) } else { 0.0 }
+        });
+        parts.fold(0.0, f64::max)
+    };
+    let on_points = fields.iter().filter(|field| field.association == Association::Point);
+    let worst = on_points.map(|field| (share(field), field)).max_by(|a, b| a.0.total_cmp(&b.0));
+    Some(match worst {
+        Some((share, field)) if share > 0.0 => format!(
+            "cells of curved functions are drawn as straight parts between all of their points: along edges {} is off by up to \
+             {:.2} % of its range, within cells by up to about three times that",
+            quoted(&field.name),
+            100.0 * share
+        ),
+        _ => "cells of curved functions are drawn as straight parts between all of their points"
+            .to_owned(),
+    })
+}
