@@ -7,7 +7,9 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Projection};
-use crate::scene::{NamedView, Orientation, Scene, framing_camera, framing_what_shows};
+use crate::scene::{
+    NamedView, Orientation, Scene, framing_camera, framing_surfaces, framing_what_shows,
+};
 use crate::volume::Lattice;
 
 /// How a drag turns the view.
@@ -34,7 +36,9 @@ pub fn framed(scene: &Scene, view: NamedView, orientation: Orientation, size: [f
     let field = scene.volume().zip(scene.transfer()).filter(|_| scene.shows_field());
     let mut camera = match field {
         Some((volume, transfer)) => framing_what_shows(volume, transfer, direction, up),
-        None => framing_camera(&scene.lattice(), direction, up),
+        None => framing_surfaces(scene, direction, up)
+            .filter(|_| scene.vectors().is_empty())
+            .unwrap_or_else(|| framing_camera(&scene.lattice(), direction, up)),
     };
     // The scale is that of the height; a narrow picture needs more.
     camera.parallel_scale *= (size[1] / size[0]).max(1.0);

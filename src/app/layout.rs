@@ -242,7 +242,12 @@ impl Window {
         };
         inside::rendering_ui(ui, scene);
         ui.add_space(4.0);
-        let choice = section_ui(ui, sections, "Data", |ui| data::data_ui(ui, document)).flatten();
+        let choice = section_ui(ui, sections, "Data", |ui| {
+            let choice = data::data_ui(ui, document);
+            data::drawn_as_ui(ui, &document.volume, &mut scene.splat);
+            choice
+        });
+        let choice = choice.flatten();
         let encoding_request = section_ui(ui, sections, "Basis functions", |ui| {
             let running = self.encoding.as_ref();
             encoding::encoding_ui(ui, document, &mut self.encode_choice, running)

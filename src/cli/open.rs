@@ -10,9 +10,10 @@ use super::{Failure, note};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
+use crate::polygons::Mesh;
 use crate::scene::{
-    self, Orientation, PolygonLayer, SampleSource, Scene, Shading, SplatSettings,
-    framing_what_shows,
+    self, Look, Orientation, PolygonLayer, SampleSource, Scene, Shading, SplatSettings,
+    framing_surfaces, framing_what_shows,
 };
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
@@ -209,12 +210,21 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
     let (source, volume) = scalar(input, flags.field.as_deref(), flags.component)?;
     let mut opening = scene::first_look(source, Arc::clone(&volume), input.grid.space.as_deref());
     let orientation = Orientation::of(input.grid.space.as_deref()).with_up(flags.camera_up_axis);
+    let asks_for_points = mode.is_asked_for || flags.opacity.is_some() || flags.transfer.is_some();
+    let surface = if asks_for_points { None } else { own_surface(input, flags)? };
     if let Some(up) = flags.camera_up_axis {
         let (direction, shown_up) = orientation.first_view().direction_and_up(orientation);
         if let Some(transfer) = opening.transfer() {
             opening.camera = framing_what_shows(&volume, transfer, direction, shown_up);
         }
         opening.up = Some(up);
+    }
+    let is_surface = surface.is_some();
+    if let Some(mesh) = surface {
+        opening.add(input.source(mesh.name()), PolygonLayer::new(Arc::new(mesh)));
+        let Camera { direction, up, .. } = opening.camera;
+        opening.show_field(false);
+        opening.camera = framing_surfaces(&opening, direction, up).unwrap_or(opening.camera);
     }
     if flags.camera_direction.is_some() || flags.camera_up_axis.is_some() {
         // Up as the world has it, whatever direction is looked along, not as the first view happens to be tilted.
@@ -225,6 +235,9 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
     let mut regions = Vec::new();
     if let Some(function) = opening.transfer_mut() {
         (*function, regions) = transfer(flags, &volume.statistics, function)?;
+    }
+    if is_surface {
+        colour_surface(&mut opening, input, flags)?;
     }
     // Who says what is seen, and how densely, says whether it is lit, too.
     let lighting = opening.shading.lighting.take().filter(|_| !flags.say_what_is_seen());
@@ -237,25 +250,35 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
     Ok(Scene { camera, splat, shading, ..opening })
 }
 
-/// The polygons of a file that has nothing else, which are seen in place of its points unless the flags say how those are
-/// drawn.
-pub(super) fn own_surface(
-    input: &Input,
-    flags: &SceneFlags,
-    scene: &Scene,
-    mode: Mode,
-) -> Result<Option<(SampleSource, PolygonLayer)>, Failure> {
-    let asks_for_points = mode.is_asked_for || flags.opacity.is_some() || flags.transfer.is_some();
-    let Some(transfer) = scene.transfer().filter(|_| !asks_for_points) else { return Ok(None) };
-    let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
-    let field = input.field(flags.field.as_deref()).map_err(failed)?;
-    let component = flags.component.unwrap_or(Component::usual(field.components));
-    let drawn = (field, component);
+/// The polygons of a file that has nothing else.
+fn own_surface(input: &Input, flags: &SceneFlags) -> Result<Option<Mesh>, Failure> {
+    let drawn = drawn(input, flags)?;
     let mesh = io::mesh::surface_of(&input.path, &input.grid, drawn, &Ticket::new());
-    let Some(mesh) = mesh.map_err(Failure::failed)? else { return Ok(None) };
+    mesh.map_err(Failure::failed)
+}
+
+/// Which number of which field is asked for.
+fn drawn<'a>(input: &'a Input, flags: &SceneFlags) -> Result<(&'a Field, Component), Failure> {
+    let field = input.field(flags.field.as_deref());
+    let field = field.map_err(|error| Failure::Failed(input.about(&error.to_string())))?;
+    Ok((field, flags.component.unwrap_or(Component::usual(field.components))))
+}
+
+/// Gives the polygons that are all there is of a file the colours of the field.
+fn colour_surface(scene: &mut Scene, input: &Input, flags: &SceneFlags) -> Result<(), Failure> {
+    let (field, component) = drawn(input, flags)?;
     let name = io::mesh::array_name(field, component);
-    let source = input.source(mesh.name());
-    Ok(Some((source, PolygonLayer::of_surface(Arc::new(mesh), &name, &transfer.colour))))
+    let Some(colours) = scene.transfer().map(|transfer| transfer.colour.clone()) else {
+        return Ok(());
+    };
+    let own = scene.polygons().into_iter().next();
+    let look = own.map(|own| PolygonLayer::of_surface(own.mesh, &name, &colours).look);
+    for layer in &mut scene.layers {
+        if let (Look::Polygons(old), Some(look)) = (&mut layer.look, look) {
+            *old = look;
+        }
+    }
+    Ok(())
 }
 
 /// The mode by the flags.
@@ -270,6 +293,8 @@ pub(super) struct Mode {
     of_points: Option<SplatSettings>,
     /// Whether one of them names a kernel.
     names_kernel: bool,
+    /// The first that says how a field is drawn.
+    first: Option<&'static str>,
     /// Whether any of them says how a field is drawn; else that is up to the first look.
     is_asked_for: bool,
 }
@@ -284,6 +309,7 @@ impl Mode {
             of_cells: of(Kernel::Cells),
             of_points: of(Kernel::Ellipsoids),
             names_kernel: flags.kernel.is_some(),
+            first: flags.of_field(),
             is_asked_for,
         }
     }
@@ -299,8 +325,9 @@ impl Mode {
         match self.is_asked_for {
             true => own.unwrap_or_else(|| {
                 if !self.names_kernel {
+                    let asked = self.first.unwrap_or("what the flags ask for");
                     note(&format!(
-                        "what the flags ask for is drawn of samples: the field's own {what} are not drawn so"
+                        "{asked} is drawn of evenly spaced samples: the field's own {what} are not drawn so"
                     ));
                 }
                 self.splat

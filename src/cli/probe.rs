@@ -95,12 +95,7 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
         None => own_vectors(&input)?,
         layer => layer,
     };
-    let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
-    let mut scene = scene;
-    if let Some(surface) = open::own_surface(&input, &flags.scene, &scene, mode)? {
-        polygons.push(surface);
-        scene.show_field(false);
-    }
+    let polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
     // Vectors beside values that are projected are told all the same.
     let scene = with_layers(Scene { shading, inside, ..scene }, vectors, polygons)?;
     let names: Vec<String> =

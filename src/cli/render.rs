@@ -307,10 +307,6 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     }
     let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
     polygons.extend(flow);
-    if let Some(surface) = open::own_surface(&input, &flags.scene, &scene, mode)? {
-        polygons.push(surface);
-        scene.show_field(false);
-    }
     if !polygons.is_empty() && flags.refine == Some(RefineFlag::Coarse) {
         return Err(Failure::Usage(
             "expected --refine full or converged with polygons, found --refine coarse, whose pictures may \

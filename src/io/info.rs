@@ -12,7 +12,7 @@ use super::{Facts, Opened, Series};
 use crate::core::Srgb8;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::rbf::four_digits;
-use crate::volume::{Field, Grid, LabelName, Scalar, Shape, Statistics};
+use crate::volume::{Field, Grid, LabelName, Scalar, ScalarType, Shape, Statistics};
 use crate::with_samples;
 
 /// The answer to `voxsplat info`; its JSON form keeps these names.
@@ -234,6 +234,14 @@ fn plain_or_power(value: f64) -> String {
     if is_plain { value.to_string() } else { format!("{value:e}") }
 }
 
+/// A number of single precision with the digits that it has. The JSON has those of its double.
+fn single(value: f64) -> String {
+    #[expect(clippy::cast_possible_truncation, reason = "it has no more digits")]
+    let value = value as f32;
+    let is_plain = value == 0.0 || (1e-6..1e16).contains(&value.abs());
+    if is_plain { value.to_string() } else { format!("{value:e}") }
+}
+
 /// A number of a file's geometry without what arithmetic added to it: twelve digits. The JSON has all of them.
 fn without_rounding(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
@@ -291,9 +299,11 @@ impl fmt::Display for Info {
             )?;
         }
         for field in &self.fields {
-            let number = |v: Option<f64>| v.map_or("none".to_owned(), plain_or_power);
+            let is_single = field.scalar_type == ScalarType::Float32.name();
+            let one = |v| if is_single { single(v) } else { plain_or_power(v) };
+            let number = |v: Option<f64>| v.map_or("none".to_owned(), one);
             let length = match field.magnitude_max {
-                Some(length) => format!(", length up to {}", plain_or_power(length)),
+                Some(length) => format!(", length up to {}", one(length)),
                 None => String::new(),
             };
             writeln!(

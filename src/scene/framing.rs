@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{ClipBox, framing_camera};
+use super::{ClipBox, PolygonLayer, Scene, framing_camera};
 use crate::core::{Camera, names};
 use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
@@ -285,6 +285,27 @@ pub fn framing_what_shows(
         parallel_scale: parallel_scale.min(whole.parallel_scale),
         ..whole
     }
+}
+
+/// The same of the surfaces that are drawn, for scenes of nothing else; `None` without any.
+pub fn framing_surfaces(scene: &Scene, direction: DVec3, up: DVec3) -> Option<Camera> {
+    let whole = framing_camera(&scene.lattice(), direction, up);
+    let along = [whole.right(), whole.up, whole.direction];
+    let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for PolygonLayer { mesh, .. } in scene.polygons() {
+        for corner in mesh.triangles(false).flat_map(|triangle| triangle.corners) {
+            let place = mesh.origin() + corner.as_dvec3();
+            for (ends, along) in ends.iter_mut().zip(along) {
+                let at = along.dot(place);
+                *ends = [ends[0].min(at), ends[1].max(at)];
+            }
+        }
+    }
+    let halves = ends.map(|[low, high]| 0.5 * (high - low));
+    let middle = along.iter().zip(ends).map(|(&axis, [low, high])| axis * (0.5 * (low + high)));
+    let focal_point: DVec3 = middle.sum();
+    let parallel_scale = 1.05 * halves[0].max(halves[1]);
+    (parallel_scale > 0.0).then_some(Camera { focal_point, parallel_scale, ..whole })
 }
 
 /// What the ends of the three world axes are called: letters of a patient space, or x y z.

@@ -110,7 +110,10 @@ pub fn of_cells(statistics: &Statistics, depth: f64) -> TransferFunction {
     }
     // From one side to the other as opaque as so many unit distances, where it is not.
     let times = (THICK_CELLS / depth).max(1.0);
-    let denser = |opacity: f64| 1.0 - (1.0 - opacity).powf(times).max(1.0 - MOST_OF_CELLS);
+    let denser = |opacity: f64| match times {
+        1.0 => opacity,
+        _ => (1.0 - (1.0 - opacity).powf(times)).min(MOST_OF_CELLS),
+    };
     if statistics.min < statistics.max && Kind::of(statistics) == Kind::Labels {
         let stops = labels(statistics).into_iter().enumerate().flat_map(|(number, label)| {
             let colour = colour_of_label(number);

@@ -1,13 +1,15 @@
 //! What was opened.
 
-use eframe::egui::{ComboBox, Ui};
+use eframe::egui::{Button, ComboBox, Ui};
 
 use super::{facts_ui, row_ui};
 use crate::app::document::Document;
 use crate::app::words;
+use crate::cells::Cells;
 use crate::core::memory::human_bytes;
 use crate::io::Series;
-use crate::volume::{Component, Field, Shape};
+use crate::scene::SplatSettings;
+use crate::volume::{Component, Field, ScalarVolume, Shape};
 
 /// Another number of the file that a person wants to see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,8 +44,8 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
              under View chooses another axis",
         ),
     };
-    let mut rows = vec![
-        ("Name", document.source.name(), "What was opened"),
+    let shape = &document.grid.shape;
+    let lattice_rows = [
         (
             "Dimensions",
             lattice.dims.map(|n| n.to_string()).join(" × "),
@@ -54,45 +56,49 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
             spacing.join(" × "),
             "Distance between neighbouring samples, in the file's units",
         ),
-        ("Type", volume.samples.scalar_type().name().to_owned(), "How each sample is stored"),
+    ];
+    let mut rows = vec![("Name", document.source.name(), "What was opened")];
+    match shape {
+        Shape::Unstructured(cells) => rows.extend(mesh_rows(cells)),
+        _ => rows.extend(lattice_rows),
+    }
+    rows.extend([
+        ("Type", volume.samples.scalar_type().name().to_owned(), "How each number is stored"),
         (
             "Range",
             format!("{} to {}", words::value(statistics.min), words::value(statistics.max)),
             "The least and the greatest finite value",
         ),
-        ("Mean", words::value(statistics.mean), "Of the finite values"),
+        match shape {
+            Shape::Unstructured(_) => (
+                "Mean",
+                words::value(statistics.mean),
+                "Of the finite values, each weighing as much as the space that it fills",
+            ),
+            _ => ("Mean", words::value(statistics.mean), "Of the finite values"),
+        },
         ("Space", space.to_owned(), space_help),
         (
             "Memory",
             human_bytes(volume.samples.size_bytes() as u64),
             "What the samples on screen take in main memory",
         ),
-    ];
-    let shape = &document.grid.shape;
-    if !matches!(shape, Shape::Affine) {
-        let (text, help) = match shape {
-            Shape::Unstructured(cells) => {
-                let [points, own] =
-                    [cells.own_points(), cells.own_cells()].map(|n| words::count(n as u64));
-                let text = match cells.own_cells() {
-                    0 => format!("{points} points"),
-                    _ => format!("{points} points, {own} cells"),
-                };
-                (
-                    text,
-                    "The unstructured mesh or the points of the file; the dimensions above are of the samples that quick pictures are of",
-                )
-            }
-            _ => {
-                let points = document.grid.lattice.dims.map(|n| n.to_string()).join(" × ");
-                let text = format!("{points} points, {}", shape.name());
-                (
-                    text,
-                    "The grid of the file; the dimensions above are of the regular one that is drawn",
-                )
-            }
-        };
-        rows.push(("In the file", text, help));
+    ]);
+    match shape {
+        Shape::Affine => {}
+        Shape::Unstructured(_) => {
+            let samples = lattice.dims.map(|n| n.to_string()).join(" × ");
+            let help = "While the view moves, and by other kernels than Cells and Ellipsoids, evenly spaced samples of the mesh \
+                        are drawn";
+            rows.push(("Sampled", samples, help));
+        }
+        _ => {
+            let points = document.grid.lattice.dims.map(|n| n.to_string()).join(" × ");
+            let text = format!("{points} points, {}", shape.name());
+            let help =
+                "The grid of the file; the dimensions above are of the regular one that is drawn";
+            rows.push(("In the file", text, help));
+        }
     }
     let odd = statistics.nan_count + statistics.infinite_count;
     if odd > 0 {
@@ -113,6 +119,53 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
     let series = series_ui(ui, &document.series).map(DataChoice::Series);
     let field = choice_ui(ui, document).map(DataChoice::Field);
     series.or(field)
+}
+
+/// What a mesh is drawn as, where that can be chosen: its cells, or ellipsoids about its points or cells. Other kernels draw its
+/// samples.
+pub fn drawn_as_ui(ui: &mut Ui, volume: &ScalarVolume, splat: &mut SplatSettings) {
+    let Some(cells) = SplatSettings::of_cells_or_points(volume).filter(|_| volume.cells.is_some())
+    else {
+        return;
+    };
+    row_ui(ui, "Drawn as", |ui| {
+        for (name, own, help) in [
+            (
+                "Cells",
+                cells,
+                "The cells as they are: values run through each by its shape functions",
+            ),
+            (
+                "Ellipsoids",
+                SplatSettings::ELLIPSOIDS,
+                "An ellipsoid about each point, or about each cell where there is one number a cell, as large as its \
+                 neighbourhood",
+            ),
+        ] {
+            let button = Button::new(name).selected(splat.kernel == own.kernel);
+            if ui.add(button).on_hover_text(help).clicked() {
+                let SplatSettings { opacity_unit_distance, cut, .. } = *splat;
+                *splat = SplatSettings { opacity_unit_distance, cut, ..own };
+            }
+        }
+    });
+}
+
+/// What there is in the place of a lattice's samples.
+fn mesh_rows(cells: &Cells) -> Vec<(&'static str, String, &'static str)> {
+    let [points, own] = [cells.own_points(), cells.own_cells()].map(|n| words::count(n as u64));
+    let [low, high] = cells.bounds();
+    let mut rows = vec![("Points", points, "How many the file has")];
+    if cells.own_cells() > 0 {
+        rows.push(("Cells", own, "How many the file has, those without volume among them"));
+    }
+    let size = (high - low).to_array().map(words::value).join(" × ");
+    rows.push(("Size", size, "Of the box about it, in the file's units"));
+    if cells.median_edge() > 0.0 {
+        let help = "The median length of the cells' edges, over which opacities are given";
+        rows.push(("Edges", words::value(cells.median_edge()), help));
+    }
+    rows
 }
 
 fn series_ui(ui: &mut Ui, series: &[Series]) -> Option<usize> {
