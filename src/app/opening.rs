@@ -13,6 +13,7 @@ use super::document::{Document, RawLayout, ReadFailure, Source};
 use super::file_dialog::{Answer, FileDialog};
 use super::job::{Ended, Job};
 use super::modes;
+use super::panels::POLYGONS;
 use super::panels::data::FieldChoice;
 use super::vectors::Vectors;
 use super::window::{Dialog, Window};
@@ -217,6 +218,8 @@ impl Window {
             let source = SampleSource::whole(&path, mesh.name());
             let layer = PolygonLayer::of_surface(Arc::clone(mesh), name, &colours);
             show_surface(&mut scene, source, layer);
+            // Its colours are there, unless somebody closed the section.
+            self.settings.sections.entry(POLYGONS.to_owned()).or_insert(true);
         }
         if camera.is_none() {
             let orientation = Orientation::of(document.grid.space.as_deref()).with_up(scene.up);

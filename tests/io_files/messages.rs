@@ -248,11 +248,9 @@ fn vti_headers_that_contradict_themselves_are_quoted() {
     says("a.vti", with("</VTKFile>", ""), &["</VTKFile>"]);
     says("a.vti", with("</Piece>", "</Peace>"), &["well-formed XML"]);
     says("a.vti", with("LittleEndian", "MiddleEndian"), &["byte_order", "\"MiddleEndian\""]);
-    for compressor in ["vtkLZMADataCompressor", "vtkOtherCompressor"] {
-        let order = "byte_order=\"LittleEndian\"";
-        let content = with(order, &format!("{order} compressor=\"{compressor}\""));
-        says("a.vti", content, &["vtkZLibDataCompressor", compressor, "with zlib"]);
-    }
+    let order = "byte_order=\"LittleEndian\"";
+    let content = with(order, &format!("{order} compressor=\"vtkOtherCompressor\""));
+    says("a.vti", content, &["vtkLZMADataCompressor", "\"vtkOtherCompressor\"", "with zlib"]);
     let pieces = "<Piece Extent=\"9 10 0 1 0 0\"><PointData><DataArray type=\"UInt8\" Name=\"n\" \
         format=\"ascii\">1 2 3 4</DataArray></PointData></Piece></ImageData>";
     says("a.vti", with("</ImageData>", pieces), &["fill the grid", "a gap"]);

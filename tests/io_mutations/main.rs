@@ -241,7 +241,10 @@ fn vtk_cells() {
 
 #[test]
 fn polyhedra_and_polygons() {
-    mutate(0x5eed_010b, &[("poly.vtu", ""), ("polygons.vtk", ""), ("polygons.vtp", "")]);
+    mutate(
+        0x5eed_010b,
+        &[("poly.vtu", ""), ("lzma.vtu", ""), ("polygons.vtk", ""), ("polygons.vtp", "")],
+    );
 }
 
 #[test]

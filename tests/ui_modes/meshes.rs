@@ -3,8 +3,10 @@
 use eframe::egui::{Key, Modifiers};
 use voxsplat::app::words;
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::Scene;
+use voxsplat::scene::{ByArray, PolygonLook, Scene};
+use voxsplat::transfer::ColourMap;
 
+use super::press;
 use crate::ui_support::Bench;
 
 fn scene(bench: &Bench) -> &Scene {
@@ -24,7 +26,9 @@ fn a_mesh_opens_as_its_cells_which_the_data_panel_counts() {
     assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
     assert!(scene(&bench).volume().is_some_and(|volume| volume.cells.is_some()));
     // 24 around, five by five across; four by four cubes of six tetrahedra between them.
-    assert!(bench.tells(&format!("600 points, {} cells", words::count(2304))));
+    assert!(bench.tells("600") && bench.tells(&words::count(2304)) && bench.shows("Edges"));
+    // Evenly spaced samples stand for it only while it moves: they have no dimensions of their own.
+    assert!(bench.shows("Sampled") && !bench.shows("Dimensions"));
     // What another file has no cells for is drawn as that opens.
     bench.open("some.nrrd");
     bench.settle();
@@ -46,7 +50,7 @@ fn scattered_points_open_as_ellipsoids_and_meshes_are_drawn_so_where_that_is_cho
     let mut bench = opened("points.csv");
     assert_eq!(scene(&bench).splat.kernel, Kernel::Ellipsoids);
     assert!(scene(&bench).volume().is_some_and(|volume| volume.cells.is_none()));
-    assert!(bench.tells("600 points"));
+    assert!(bench.tells("600") && !bench.shows("Edges"));
     let spacing = scene(&bench).opacity_unit_distance();
     let share = spacing / scene(&bench).lattice().bounding_radius();
     assert!((0.01..0.2).contains(&share), "{spacing}");
@@ -54,7 +58,44 @@ fn scattered_points_open_as_ellipsoids_and_meshes_are_drawn_so_where_that_is_cho
     bench.open("ring.vtu");
     bench.settle();
     assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
-    bench.choose("Kernel", "Points as ellipsoids");
+    press(&mut bench, "Ellipsoids");
     assert_eq!(scene(&bench).splat.kernel, Kernel::Ellipsoids);
     assert_eq!(scene(&bench).own_kernels(), Some((Kernel::Ellipsoids, 600)));
+    press(&mut bench, "Cells");
+    assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
+}
+
+/// How the only mesh of a scene looks, and what its numbers are called by which it is coloured.
+fn surface(bench: &Bench) -> (PolygonLook, Option<String>) {
+    let [layer] = &scene(bench).polygons()[..] else { panic!("one surface") };
+    let name = |by: ByArray| layer.mesh.arrays()[by.array].name.clone();
+    (layer.look, layer.look.by.map(name))
+}
+
+#[test]
+fn polygons_open_as_a_surface_in_the_colours_of_the_field_that_is_chosen() {
+    let mut bench = opened("sheet.vtp");
+    assert!(!scene(&bench).shows_field(), "its points are hidden");
+    let (look, name) = surface(&bench);
+    assert_eq!(name.as_deref(), Some("heat"));
+    assert_eq!(look.by.map(|by| by.range), Some([0.0, 3.0]));
+    assert!(bench.shows("Mesh 1 colours"), "its section is open");
+    // Other colours stay where another field is chosen.
+    bench.choose("Mesh 1 colours", "Inferno");
+    assert_eq!(surface(&bench).0.by.map(|by| by.map), Some(ColourMap::Inferno));
+    bench.set_slider("Mesh 1 opacity", 0.5);
+    bench.choose("Field", "load (cell)");
+    bench.wait_until(|window| !window.is_loading());
+    bench.settle();
+    let (look, name) = surface(&bench);
+    assert_eq!((name.as_deref(), look.opacity), (Some("load"), 0.5));
+    let by = look.by.expect("coloured");
+    assert_eq!((by.map, by.range), (ColourMap::Inferno, [10.0, 20.0]));
+    assert!(!scene(&bench).shows_field());
+    // And by none.
+    bench.choose("Mesh 1 colour by", "Nothing");
+    assert_eq!(surface(&bench).1, None);
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(surface(&bench).1.as_deref(), Some("load"));
 }

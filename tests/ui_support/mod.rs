@@ -367,6 +367,31 @@ impl Library for NamedFiles {
                 }
                 Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
             }
+            // A square of two triangles, with a number on each corner and one on each triangle.
+            "sheet.vtp" => {
+                let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+                let listing = Listing {
+                    points: corners.map(|[x, y]| glam::DVec3::new(x, y, 0.0)).to_vec(),
+                    types: vec![5; 2],
+                    starts: vec![0, 3, 6],
+                    corners: vec![0, 1, 2, 0, 2, 3],
+                    ..Listing::default()
+                };
+                let cells = cells::Cells::new(listing).expect("triangles");
+                let field = |name: &str, association, values: Vec<f32>| Field {
+                    name: name.into(),
+                    components: 1,
+                    association,
+                    samples: Arc::new(Samples::Float32(values)),
+                };
+                let fields = vec![
+                    field("heat", Association::Point, vec![0.0, 1.0, 2.0, 3.0]),
+                    field("load", Association::Cell, vec![10.0, 20.0]),
+                ];
+                let shape = Shape::Unstructured(Arc::new(cells));
+                let grid = Grid::shaped([4, 1, 1], shape, fields).expect("a grid");
+                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+            }
             // What a first look lights.
             "faces.nrrd" => Ok(grid([8; 3], "faces", 1)),
             "demo:tornado" => {

@@ -1,4 +1,4 @@
-//! The numbers of one array: text, base64 or appended bytes, plain or in blocks of zlib or LZ4.
+//! The numbers of one array: text, base64 or appended bytes, plain or in blocks of zlib, LZ4 or LZMA.
 
 use std::io::{self, BufRead, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -6,6 +6,7 @@ use std::path::Path;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::bufread::ZlibDecoder;
+use lzma_rust2::XzReader;
 use rayon::prelude::*;
 
 use super::super::bytes::{self, DEFLATE_MOST, Endian, Progress};
@@ -16,6 +17,11 @@ use crate::core::Cancelled;
 use crate::core::progress::Ticket;
 use crate::volume::Samples;
 use crate::with_samples;
+
+/// Bytes that one of LZMA can stand for, at most: runs of 273 in 0.3 bits.
+const LZMA_MOST: u64 = 8192;
+/// Memory that a block of LZMA may ask for, KiB: the greatest preset asks for 65.
+const MOST_LZMA_KIB: u32 = 1 << 17;
 
 /// The file behind the XML.
 pub(super) struct Appended<'a> {
@@ -32,6 +38,8 @@ pub(super) enum Compressor {
     Zlib,
     /// Blocks without a frame.
     Lz4,
+    /// Streams of the xz format.
+    Lzma,
 }
 
 /// How every binary array of the file is written.
@@ -220,7 +228,8 @@ impl Blocks {
             packed_bytes.push(usize::try_from(packed).unwrap_or(usize::MAX));
         }
         bytes::require_stored(sum, stored_bytes)?;
-        bytes::require_stored(needed, sum.saturating_mul(DEFLATE_MOST))?;
+        let most = if compressor == Compressor::Lzma { LZMA_MOST } else { DEFLATE_MOST };
+        bytes::require_stored(needed, sum.saturating_mul(most))?;
         let size = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
         let last_bytes = if last == 0 { size(full) } else { size(last) };
         Ok(Self { compressor, full_bytes: size(full), last_bytes, packed_bytes })
@@ -279,10 +288,11 @@ impl Blocks {
             jobs.push((block, from, to));
         }
         jobs.into_par_iter().try_for_each(|(block, from, to)| {
-            if self.compressor == Compressor::Lz4 {
-                return decode_lz4(from, to, block);
-            }
-            let mut decoder = ZlibDecoder::new(from);
+            let mut decoder: Box<dyn Read> = match self.compressor {
+                Compressor::Lz4 => return decode_lz4(from, to, block),
+                Compressor::Zlib => Box::new(ZlibDecoder::new(from)),
+                Compressor::Lzma => Box::new(XzReader::new_mem_limit(from, false, MOST_LZMA_KIB)),
+            };
             for piece in to.chunks_mut(1 << 18) {
                 if ticket.is_cancelled() {
                     return Err(Cancelled.into());

@@ -1,5 +1,5 @@
 //! VTK's XML of images (`.vti`), rectilinear (`.vtr`), structured (`.vts`) and unstructured (`.vtu`) grids and polygons
-//! (`.vtp`); text, base64 or appended, plain, zlib or LZ4, in one piece or more, or in several files (`.pvtu`, `.pvtp`).
+//! (`.vtp`); text, base64 or appended, plain, zlib, LZ4 or LZMA, in one piece or more, or in several files (`.pvtu`, `.pvtp`).
 
 mod cells;
 mod data;

@@ -286,9 +286,10 @@ impl<'a> Parser<'a> {
             None | Some("") => None,
             Some("vtkZLibDataCompressor") => Some(Compressor::Zlib),
             Some("vtkLZ4DataCompressor") => Some(Compressor::Lz4),
+            Some("vtkLZMADataCompressor") => Some(Compressor::Lzma),
             Some(other) => {
                 return Err(unsupported(
-                    "no compression, vtkZLibDataCompressor or vtkLZ4DataCompressor",
+                    "no compression, or a compressor of VTK: vtkZLibDataCompressor, vtkLZ4DataCompressor or vtkLZMADataCompressor",
                     quoted(other),
                     "write the file again with zlib",
                 ));

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::shape::Shape;
 use super::{Association, Field, Grid, Lattice, Samples, ScalarType, Scattered, VolumeError};
-use crate::cells::{CellField, Cells, On};
+use crate::cells::{CellField, Cells, Kind, On, Solid};
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::rbf::Encoding;
@@ -113,7 +113,7 @@ impl Grid {
                 Association::Cell => On::Cells,
             };
             let cells = Arc::new(CellField::new(cells, on, own()));
-            let lattice = lattice_in(cells.cells().bounds(), cells.cells().solids().len());
+            let lattice = lattice_in(cells.cells().bounds(), like_cubes(cells.cells()));
             let fill = Fill::Cells(&cells);
             let samples = Arc::new(fill.samples(&lattice, is_wide(&values), ticket)?);
             let (scattered, range) = (Scattered::of_cells(&cells).map(Arc::new), cells.range());
@@ -192,6 +192,13 @@ impl Grid {
             }
         }
     }
+}
+
+/// How many cubes solids are worth: five tetrahedra or six are one, cut.
+fn like_cubes(cells: &Cells) -> usize {
+    let is_part = |solid: &&Solid| solid.kind() == Kind::Tetrahedron;
+    let parts = cells.solids().iter().filter(is_part).count();
+    cells.solids().len() - parts + parts / 4
 }
 
 /// A lattice of cubes over the box of so many cells or points: eight samples for each, but no fewer than about 64³ of them
