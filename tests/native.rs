@@ -141,6 +141,37 @@ fn what_lies_far_from_0_is_seen_as_it_is_near() {
     assert!(seen > 300 && others < seen / 100, "{others} of {seen}");
 }
 
+/// On a tile of a small picture lie so many cells that places look for those about them; in a large one each cell of the tile
+/// looks for its places. Rays through the middles of both pictures' pixels are the same.
+#[test]
+fn small_pictures_of_many_cells_are_those_in_the_middle_of_larger_pixels() {
+    let engine = alone();
+    let mut scene = opened("demo:mesh:16");
+    let cells = scene.volume().unwrap().cells.clone().unwrap();
+    assert!(cells.cells().solids().len() > 100_000);
+    scene.splat = SplatSettings::CELLS;
+    for lighting in [None, Some(Lighting::first_look())] {
+        scene.shading.lighting = lighting;
+        let draw = |size: [u32; 2]| {
+            let refine = Refine::Full;
+            let request =
+                StillRequest { scene: scene.clone(), size, refine, repeat: 0, time_passes: false };
+            engine.still(request, &Ticket::new()).unwrap().light
+        };
+        let (small, large) = (draw([8; 2]), draw([72; 2]));
+        let mut seen = 0;
+        for (i, pixel) in small.iter().enumerate() {
+            let middle = large[(9 * (i / 8) + 4) * 72 + 9 * (i % 8) + 4];
+            for (a, b) in pixel.iter().zip(middle) {
+                // Measured: 2e-5.
+                assert!((a - b).abs() < 2e-4, "{i}: {pixel:?} {middle:?}");
+            }
+            seen += usize::from(pixel[3] > 0.05);
+        }
+        assert!(seen > 20, "{seen}");
+    }
+}
+
 /// Each sample by itself, in slices and sheets, in slabs: rays gather them, and the looks of samples are made once.
 #[test]
 fn what_is_shaded_first_is_drawn_without_an_adapter_in_every_way() {

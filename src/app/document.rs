@@ -7,10 +7,9 @@ use crate::core::Ticket;
 use crate::io::{Encoded, Series, mesh};
 use crate::polygons::Mesh;
 use crate::scene::FirstLook;
-use crate::transfer::{TransferFunction, presets};
+use crate::transfer::presets;
 use crate::volume::{
-    Component, Field, Grid, ScalarType, ScalarVolume, Shape, Statistics, VectorField, VolumeError,
-    demo,
+    Component, Field, Grid, ScalarType, ScalarVolume, Shape, VectorField, VolumeError, demo,
 };
 
 /// The prefix of volumes made in code.
@@ -229,8 +228,6 @@ pub trait Library: Send + Sync {
     fn raw_slice(&self, path: &Path, layout: &RawLayout, z: u64) -> Result<Slice, String>;
     /// The names of the volumes made in code, with a line about each.
     fn demos(&self) -> Vec<(&'static str, &'static str)>;
-    /// A transfer function that looks right at once.
-    fn default_transfer(&self, statistics: &Statistics) -> TransferFunction;
     /// What a volume is first seen as, in a space that its file names.
     fn first_look(&self, volume: &ScalarVolume, space: Option<&str>) -> FirstLook;
 }

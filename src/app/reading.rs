@@ -8,8 +8,7 @@ use super::document::{Library, RawLayout, ReadFailure, ReadGrid, Slice, Source};
 use crate::core::Ticket;
 use crate::io::{self, Endian, Format, OpenOptions, Problem, RawOverrides, ReadError};
 use crate::scene::FirstLook;
-use crate::transfer::{TransferFunction, presets};
-use crate::volume::{Samples, ScalarVolume, Statistics, demo};
+use crate::volume::{Samples, ScalarVolume, demo};
 
 /// Greatest side of a preview, pixels; larger slices are thinned out.
 const PREVIEW_SIDE: usize = 512;
@@ -57,10 +56,6 @@ impl Library for Files {
 
     fn demos(&self) -> Vec<(&'static str, &'static str)> {
         demo::NAMES.into_iter().map(|name| (name, about_demo(name))).collect()
-    }
-
-    fn default_transfer(&self, statistics: &Statistics) -> TransferFunction {
-        presets::default_for(statistics)
     }
 
     fn first_look(&self, volume: &ScalarVolume, space: Option<&str>) -> FirstLook {

@@ -21,6 +21,8 @@ use super::window::{FACES, Window};
 
 /// A face reaches so far beyond its sides, in units of them: no ray slips between two.
 const SIDE_RIM: f32 = 1e-4;
+/// More cells than this on a tile for each face that is asked for, and each face looks for the cell about it.
+const LONG: usize = 1 << 10;
 /// Steps of Newton's method to where a ray passes a face of four corners.
 const FACE_STEPS: usize = 5;
 const FAR: f32 = 1e30;
@@ -114,7 +116,41 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         }
         let first = self.window.begin();
         let depths = [first * step, (first + (count - 1) as f32) * step];
-        let cells = self.cells;
+        if self.list.len() > LONG * count {
+            self.look_about(simd, packet);
+        } else {
+            self.look_along(simd, packet, depths);
+        }
+        if self.window.asked == Asked::Faces {
+            let cells = self.cells;
+            let depths = [depths[0], depths[1] + step];
+            for entry in self.outer {
+                let is_apart = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
+                if entry.blocks & self.block != 0 && !is_apart {
+                    self.add_border(simd, packet, (&cells.outer[entry.number as usize], entry));
+                }
+            }
+        }
+    }
+
+    /// The values at all faces, each by the cells that lie near it: where a tile has so many that a look at each of them takes
+    /// longer, as in small pictures of large meshes.
+    #[inline(always)]
+    fn look_about(&mut self, simd: S, packet: &Packet<S>) {
+        let (first, step) = (self.window.begin(), self.window.step);
+        for i in 0..self.window.len() {
+            let place = packet.at(all(simd, (first + i as f32) * step));
+            self.values[i] = self.cells.value(simd, place);
+            if let Some(growths) = &mut self.growths {
+                growths[i] = self.cells.gradient(simd, place);
+            }
+        }
+    }
+
+    /// The values at faces between two depths, from each cell of the tile's list.
+    #[inline(always)]
+    fn look_along(&mut self, simd: S, packet: &Packet<S>, depths: [f32; 2]) {
+        let (cells, first) = (self.cells, self.window.begin());
         // Rays along a plane are inside a box's or they are not: no infinities are needed.
         let tiny = all(simd, 1e-20);
         let Vec3 { x, y, z } = packet.direction;
@@ -137,15 +173,6 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
                     self.add_bent(simd, (packet, inverse), own, first);
                 }
                 Solid::Nothing => {}
-            }
-        }
-        if self.window.asked == Asked::Faces {
-            let depths = [depths[0], depths[1] + step];
-            for entry in self.outer {
-                let is_apart = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
-                if entry.blocks & self.block != 0 && !is_apart {
-                    self.add_border(simd, packet, (&cells.outer[entry.number as usize], entry));
-                }
             }
         }
     }

@@ -8,8 +8,8 @@ use proptest::prelude::*;
 
 use voxsplat::core::{Camera, Projection, Srgb8};
 use voxsplat::scene::{
-    AlongRay, Background, ClipBox, Colours, Index, Isosurface, Layer, Lighting, Look, PolygonLook,
-    SampleSource, Sampled, SavedError, Scene, Slice, SplatSettings,
+    AlongRay, Background, ByArray, ClipBox, Colours, Index, Isosurface, Layer, Lighting, Look,
+    PolygonLook, SampleSource, Sampled, SavedError, Scene, Slice, SplatSettings,
 };
 use voxsplat::transfer::{ColourMap, ColourSource, NoData, TransferFunction};
 use voxsplat::vector::{ColourBy, VectorMode, VectorSettings};
@@ -55,9 +55,12 @@ fn look() -> impl Strategy<Value = Look> {
             ..settings
         })
     });
-    let polygons = (0.0..1.0, any::<bool>(), any::<Option<[u8; 3]>>()).prop_map(
-        |(opacity, is_smooth, colour)| {
-            Look::Polygons(PolygonLook { colour: colour.map(Srgb8), opacity, is_smooth })
+    let by = any::<Option<usize>>().prop_map(|array| {
+        array.map(|array| ByArray { array, map: ColourMap::Batlow, range: [-1.5, 1e300] })
+    });
+    let polygons = (0.0..1.0, any::<bool>(), any::<Option<[u8; 3]>>(), by).prop_map(
+        |(opacity, is_smooth, colour, by)| {
+            Look::Polygons(PolygonLook { colour: colour.map(Srgb8), by, opacity, is_smooth })
         },
     );
     prop_oneof![transfer().prop_map(Look::Field), vectors, polygons]

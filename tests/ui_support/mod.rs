@@ -439,21 +439,22 @@ impl Library for NamedFiles {
         vec![("shells", "Nested shells")]
     }
 
-    fn default_transfer(&self, statistics: &Statistics) -> TransferFunction {
-        let (low, high) = (statistics.min, statistics.value_at(0.5));
-        TransferFunction::of(
-            vec![(low, 0.0), (high, 0.8)],
-            ColourSource::Map { map: ColourMap::ALL[0], range: [low, high] },
-        )
-    }
-
     fn first_look(&self, volume: &ScalarVolume, space: Option<&str>) -> FirstLook {
-        let transfer = self.default_transfer(&volume.statistics);
+        let transfer = default_transfer(&volume.statistics);
         let view = Orientation::of(space).first_view();
         let lighting = (volume.name == "faces").then(Lighting::first_look);
         let splat = SplatSettings::of_cells_or_points(volume).unwrap_or(SplatSettings::EXACT);
         FirstLook { transfer, lighting, splat, view }
     }
+}
+
+/// A transfer function that looks right at once.
+fn default_transfer(statistics: &Statistics) -> TransferFunction {
+    let (low, high) = (statistics.min, statistics.value_at(0.5));
+    TransferFunction::of(
+        vec![(low, 0.0), (high, 0.8)],
+        ColourSource::Map { map: ColourMap::ALL[0], range: [low, high] },
+    )
 }
 
 fn grid(dims: [usize; 3], name: &str, components: usize) -> ReadGrid {
