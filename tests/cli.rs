@@ -1181,9 +1181,12 @@ fn cells_are_drawn_themselves_unless_flags_ask_for_samples_which_is_told() {
     assert_eq!((kernel, count), ("cells".into(), (24 * 16 * 6).into()), "{said}");
     assert_eq!(mode_of(&["--classify", "after"]).0, "cells");
     let (kernel, _, said) = mode_of(&["--visibility", "sheets"]);
-    assert!(kernel == "cubic" && said.contains("drawn of samples"), "{kernel}: {said}");
+    assert!(
+        kernel == "cubic" && said.contains("--visibility is drawn of evenly spaced samples"),
+        "{kernel}: {said}"
+    );
     let (kernel, _, said) = mode_of(&["--kernel", "linear"]);
-    assert!(kernel == "linear" && !said.contains("drawn of samples"), "{kernel}: {said}");
+    assert!(kernel == "linear" && !said.contains("evenly spaced samples"), "{kernel}: {said}");
     let (code, said) = picture("demo:blobs:16", &["--kernel", "cells"]);
     assert!(code == Some(1) && said.contains("unstructured or curvilinear"), "{said}");
     let (code, said) = picture("demo:mesh:4", &["--kernel", "cells", "--classify", "before"]);

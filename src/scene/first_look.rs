@@ -5,7 +5,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings};
-use crate::cells::{CellField, On};
 use crate::kernel::Kernel;
 use crate::transfer::{ColourMap, ColourSource, Kind, TransferFunction, presets};
 use crate::volume::{Lattice, ScalarVolume};
@@ -88,7 +87,7 @@ impl SplatSettings {
     /// Of a mesh its cells, of scattered points ellipsoids; `None` of other volumes.
     pub fn of_cells_or_points(volume: &ScalarVolume) -> Option<Self> {
         match (&volume.cells, &volume.scattered) {
-            (Some(cells), _) if cells.on() == On::Cells => Some(Self::CELL_VALUES),
+            (Some(_), _) if volume.has_values_of_cells() => Some(Self::CELL_VALUES),
             (Some(_), _) => Some(Self::CELLS),
             (None, Some(_)) => Some(Self::ELLIPSOIDS),
             (None, None) => None,
@@ -103,8 +102,8 @@ impl FirstLook {
     /// Of a volume in a space that its file names.
     pub fn of(volume: &ScalarVolume, space: Option<&str>) -> Self {
         let statistics = &volume.statistics;
-        let mut transfer = match &volume.cells {
-            Some(cells) => presets::of_cells(statistics, depth_of(cells, volume)),
+        let mut transfer = match volume.depth_in_cells() {
+            Some(depth) => presets::of_cells(statistics, depth),
             None => presets::default_for(statistics),
         };
         let is_of_names = Kind::of(statistics) == Kind::Labels;
@@ -139,38 +138,6 @@ impl FirstLook {
         let lighting = is_lit.then(Lighting::first_look);
         Self { transfer, lighting, splat, view }
     }
-}
-
-/// How thick cells are from one side to the other, in their median edges: 2 V / S of their volume and their surface, which is
-/// exact of plates. The surface is that of the samples within them.
-fn depth_of(cells: &CellField, volume: &ScalarVolume) -> f64 {
-    /// Solids whose volume is looked at, about.
-    const MOST: usize = 20_000;
-    /// Of the faces of cubes that stand for a surface in any direction, the part that it has: 1 along an axis, 2/3 on average.
-    const OF_FACES: f64 = 0.75;
-    let (samples, lattice) = (&volume.samples, &volume.lattice);
-    let solids = cells.cells().solids().len();
-    let every = solids.div_ceil(MOST).max(1);
-    let looked_at = (0..solids).step_by(every).filter(|solid| cells.is_there(*solid));
-    let volume = looked_at.map(|solid| cells.cells().placed(solid).volume().abs()).sum::<f64>();
-    let [nx, ny, _] = lattice.dims;
-    let is_in = |at: usize| samples.get(at).is_finite();
-    let faces: usize = (0..lattice.len())
-        .into_par_iter()
-        .filter(|at| is_in(*at))
-        .map(|at| {
-            let place = [at % nx, at / nx % ny, at / (nx * ny)];
-            let steps = [1, nx, nx * ny];
-            let open = (0..3).map(|axis| {
-                let is_open_below = place[axis] == 0 || !is_in(at - steps[axis]);
-                let is_last = place[axis] + 1 == lattice.dims[axis];
-                usize::from(is_open_below) + usize::from(is_last || !is_in(at + steps[axis]))
-            });
-            open.sum::<usize>()
-        })
-        .sum();
-    let surface = OF_FACES * faces as f64 * lattice.spacing.x * lattice.spacing.y;
-    2.0 * volume * every as f64 / surface / cells.cells().median_edge()
 }
 
 /// From where a volume is seen first: a few slices from the side that shows them, and of patients from the feet, as

@@ -417,34 +417,9 @@ mod tests {
         assert!((first - seed).length() < 1e-2 && (last - seed).length() < 1e-2, "{first} {last}");
     }
 
-    /// A cube of wedges whose points lie askew, with a rotation on them, which is linear in space and so in any of them; on a
-    /// lattice beside them nothing flows.
+    /// A rotation on cells in [−12, 12]³; on a lattice beside them another wind blows.
     fn on_cells() -> VectorField {
-        use crate::cells::{Cells, Listing, On};
-        use crate::volume::VectorsOnCells;
-        let n = 6;
-        let at = |i: usize| {
-            let [x, y, z] = [i % n, i / n % n, i / (n * n)].map(|v| 4.0 * v as f64 - 10.0);
-            let sway = |s: f64| (s * (x + 2.0 * y + 3.0 * z)).sin();
-            DVec3::new(x + sway(0.7), y + sway(1.3), z + sway(1.9))
-        };
-        let points: Vec<DVec3> = (0..n * n * n).map(at).collect();
-        let cubes =
-            (0..n * n * n).filter(|i| i % n < n - 1 && i / n % n < n - 1 && i / (n * n) < n - 1);
-        let wedge = |i: usize, ring: [usize; 3]| -> Vec<u32> {
-            [0, n * n].iter().flat_map(|up| ring.map(|r| (i + r + up) as u32)).collect()
-        };
-        let corners: Vec<u32> = cubes
-            .flat_map(|i| [wedge(i, [0, 1, n + 1]), wedge(i, [0, n + 1, n])].concat())
-            .collect();
-        let count = corners.len() / 6;
-        let starts = (0..=count).map(|i| 6 * i).collect();
-        let vectors =
-            [0, 1, 2].map(|c| points.iter().map(|p| [-p.y, p.x, 0.0][c]).collect::<Vec<f64>>());
-        let types = vec![13; count];
-        let listing = Listing { points, types, starts, corners, ..Listing::default() };
-        let cells = Arc::new(Cells::new(listing).unwrap());
-        let on_cells = Some(Arc::new(VectorsOnCells::new(&cells, On::Points, vectors)));
+        let on_cells = Some(Arc::new(crate::volume::rotation_on_wedges()));
         let lattice = Lattice { origin: DVec3::splat(-12.0), ..Lattice::unit([25; 3]) };
         VectorField { on_cells, ..field(lattice, |_| DVec3::new(0.0, 0.0, 14.0)) }
     }

@@ -5,6 +5,7 @@
 
 pub mod cover;
 pub mod demo;
+mod depth;
 mod derived;
 mod error;
 mod grid;
@@ -28,3 +29,5 @@ pub use statistics::{BRICK, Bricks, HISTOGRAM_BINS, QUANTILES, Statistics};
 pub use unit::length_unit;
 pub use vector_field::{Places, VectorField};
 pub use vectors_on_cells::VectorsOnCells;
+#[cfg(test)]
+pub(crate) use vectors_on_cells::rotation_on_wedges;

@@ -200,6 +200,22 @@ fn blocks_of_plot3d_are_one_grid_and_one_block_is_curvilinear() {
     assert_eq!(names, ["Density", "Momentum", "StagnationEnergy", "IBlank"]);
     // Planes of 12 numbers: the second point's momentum is 13, 25, 37.
     assert_eq!(values(&both.grid.fields[1])[3..6], [13.0, 25.0, 37.0]);
+    // The fifth point of the first block is blanked: its density is none, and what was drawn there is not.
+    let folder = tempfile::tempdir().unwrap();
+    let [grid, flow] = ["blocks.xyz", "blocks.q"].map(|name| std::fs::read(data(name)).unwrap());
+    let mut blanked = grid;
+    let first = 4 * 48;
+    assert_eq!(blanked[first + 16..first + 20], [0, 0, 0, 1]);
+    blanked[first + 19] = 0;
+    std::fs::write(folder.path().join("blocks.xyz"), blanked).unwrap();
+    std::fs::write(folder.path().join("blocks.q"), flow).unwrap();
+    let holed = opened(&folder.path().join("blocks.xyz"));
+    let density = values(&holed.grid.fields[0]);
+    assert_eq!((density[4].is_nan(), density[3], density[5]), (true, 4.0, 6.0));
+    let momentum = values(&holed.grid.fields[1]);
+    assert!(momentum[12..15].iter().all(|v| v.is_nan()) && momentum[11].is_finite());
+    assert_eq!(values(&holed.grid.fields[3])[4], 0.0);
+    assert!(holed.warnings.iter().any(|said| said.contains("1 point is blanked")));
     for name in ["single.x", "single.q"] {
         let single = opened(&data(name));
         // Its points lie evenly, but it is told what it is.
@@ -343,7 +359,7 @@ fn blocks_of_lzma_have_the_bytes_that_they_say_and_their_checksum() {
     let head = "AQAAAACAAABgAAAAXAAAAA==";
     let with = |from: &str, to: &str| text.replacen(from, to, 1);
     assert!(text.contains(head));
-    says("a.vtu", with("AQAAAACAAABgAAAA", "AQAAAACAAABAAAAA"), &["12 float64", "64 bytes"]);
+    says("a.vtu", with("AQAAAACAAABgAAAA", "AQAAAACAAABAAAAA"), &["expected 96 bytes", "has 64"]);
     // A letter of what is packed, and one of its checksum.
     says("a.vtu", with("c19X4ABf", "c19X4ABg"), &["data that decode", "damage"]);
     says("a.vtu", with("GglImAAB", "GglInAAB"), &["data that decode", "damage"]);

@@ -385,7 +385,7 @@ impl Library for NamedFiles {
                     samples: Arc::new(Samples::Float32(values)),
                 };
                 let fields = vec![
-                    field("heat", Association::Point, vec![0.0, 1.0, 2.0, 3.0]),
+                    field("heat", Association::Point, vec![0.0, 1.0, 3.0, 2.0]),
                     field("load", Association::Cell, vec![10.0, 20.0]),
                 ];
                 let shape = Shape::Unstructured(Arc::new(cells));

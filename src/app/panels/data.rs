@@ -5,7 +5,6 @@ use eframe::egui::{Button, ComboBox, Ui};
 use super::{facts_ui, row_ui};
 use crate::app::document::Document;
 use crate::app::words;
-use crate::cells::Cells;
 use crate::core::memory::human_bytes;
 use crate::io::Series;
 use crate::scene::SplatSettings;
@@ -59,7 +58,7 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
     ];
     let mut rows = vec![("Name", document.source.name(), "What was opened")];
     match shape {
-        Shape::Unstructured(cells) => rows.extend(mesh_rows(cells)),
+        Shape::Unstructured(_) => rows.extend(mesh_rows(shape)),
         _ => rows.extend(lattice_rows),
     }
     rows.extend([
@@ -152,7 +151,8 @@ pub fn drawn_as_ui(ui: &mut Ui, volume: &ScalarVolume, splat: &mut SplatSettings
 }
 
 /// What there is in the place of a lattice's samples.
-fn mesh_rows(cells: &Cells) -> Vec<(&'static str, String, &'static str)> {
+fn mesh_rows(shape: &Shape) -> Vec<(&'static str, String, &'static str)> {
+    let Shape::Unstructured(cells) = shape else { return Vec::new() };
     let [points, own] = [cells.own_points(), cells.own_cells()].map(|n| words::count(n as u64));
     let [low, high] = cells.bounds();
     let mut rows = vec![("Points", points, "How many the file has")];

@@ -26,6 +26,9 @@ const UNKNOWNS: usize = 5;
 /// Numbers of the free stream before them: Mach number, angle of attack, Reynolds number, time.
 const STREAM: usize = 4;
 
+/// The field of what is blanked: 0 at points that are not there.
+const IBLANK: &str = "IBlank";
+
 /// Whether a file is one of a pair, or names one.
 ///
 /// # Errors
@@ -99,15 +102,16 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             part.fields.splice(0..0, own);
         }
     }
-    let blanks = parts.iter().flat_map(|part| &part.fields).filter(|field| field.name == "IBlank");
-    if blanks
-        .into_iter()
-        .any(|field| (0..field.samples.len()).any(|at| field.samples.get(at) == 0.0))
-    {
-        warnings.push(
-            "the grid's iblank is the field \"IBlank\": blanked points are drawn like others"
-                .into(),
-        );
+    let blanked: usize = parts.iter_mut().map(blank).sum();
+    if blanked > 0 {
+        let what = match flow {
+            Some(_) => "cells at them are left out",
+            None => "without a flow, cells at them are drawn like others",
+        };
+        warnings.push(format!(
+            "{} blanked (IBlank 0): {what}",
+            if blanked == 1 { "1 point is".to_owned() } else { format!("{blanked} points are") }
+        ));
     }
     let is_solid = layout.blocks.iter().flatten().all(|n| *n > 1);
     if let ([dims], [part], true) = (&layout.blocks[..], &mut parts[..], is_solid) {
@@ -218,6 +222,24 @@ impl Reader {
     }
 }
 
+/// Takes the flow from points that are blanked, so that the cells there are nowhere; how many these points are.
+fn blank(part: &mut Part) -> usize {
+    let Some(blanks) = part.fields.iter().find(|field| field.name == IBLANK) else { return 0 };
+    let blanks = Arc::clone(&blanks.samples);
+    let blanked: Vec<usize> = (0..blanks.len()).filter(|at| blanks.get(*at) == 0.0).collect();
+    for field in part.fields.iter_mut().filter(|field| field.name != IBLANK) {
+        let components = field.components;
+        let all = blanked.iter().flat_map(|at| components * at..components * (at + 1));
+        match Arc::make_mut(&mut field.samples) {
+            Samples::Float32(values) => all.for_each(|at| values[at] = f32::NAN),
+            Samples::Float64(values) => all.for_each(|at| values[at] = f64::NAN),
+            // A flow has fractions.
+            _ => {}
+        }
+    }
+    blanked.len()
+}
+
 /// The points of a block, and which of them are blanked.
 fn block(
     reader: &mut Reader,
@@ -232,7 +254,7 @@ fn block(
     let mut fields = Vec::new();
     if layout.has_blanks {
         let blanks = reader.samples(ScalarType::Int32, count, progress)?;
-        fields.push(field_of("IBlank", (1, Association::Point), blanks));
+        fields.push(field_of(IBLANK, (1, Association::Point), blanks));
     }
     reader.marker(record)?;
     let points = axes::positions(&unstructured::interleaved(&planes, 3)).to_vec();
