@@ -299,6 +299,32 @@ fn what_is_left_out_or_told_apart_is_said() {
 }
 
 #[test]
+fn how_far_straight_parts_of_curved_cells_are_off_is_said() {
+    let cell = |kind: u8, count: usize, values: &str| {
+        let points: String =
+            (0..count).map(|i| format!("{i} {} {}\n", i * i % 7, i * 3 % 5)).collect();
+        let corners: String = (0..count).map(|i| format!(" {i}")).collect();
+        let text = format!(
+            "# vtk DataFile Version 3.0\nq\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {count} float\n{points}\
+             CELLS 1 {}\n{count}{corners}\nCELL_TYPES 1\n{kind}\nPOINT_DATA {count}\n\
+             SCALARS flat float 1\nLOOKUP_TABLE default\n{}\nSCALARS T float 1\nLOOKUP_TABLE default\n{values}\n",
+            count + 1,
+            "2 ".repeat(count)
+        );
+        made("a.vtk", text).warnings.join("; ")
+    };
+    // Along the edge from 0 to 1 by way of the fifth point: 0, 1, 0, with a range of 2. |0 − 2 + 0| / 8 / 2.
+    let said = cell(24, 10, "0 0 2 0 1 1 1 0 0 1");
+    assert!(said.contains("along edges \"T\" is off by up to 12.50 % of its range"), "{said}");
+    let said = cell(25, 20, &["0 4 4 0 0 4 4 0", "3 4 2 0 2 4 2 0", "0 4 4 0"].join(" "));
+    assert!(said.contains("up to 6.25 %"), "|0 − 6 + 4| / 8 / 4: {said}");
+    // Straight along all edges.
+    let said = cell(24, 10, "0 2 0 0 1 1 0 0 1 0");
+    assert!(said.contains("straight parts") && !said.contains('%'), "{said}");
+    assert!(!cell(10, 4, "0 1 2 3").contains("straight"));
+}
+
+#[test]
 fn arrays_that_are_too_short_or_too_long_are_named() {
     let text = std::fs::read_to_string(data("poly.vtu")).unwrap();
     let array = "<PointData><DataArray type=\"Float32\" Name=\"heat\" format=\"ascii\">";
