@@ -245,6 +245,9 @@ impl Window {
         let choice = section_ui(ui, sections, "Data", |ui| {
             let choice = data::data_ui(ui, document);
             data::drawn_as_ui(ui, &document.volume, &mut scene.splat);
+            if document.surface.is_some() {
+                data::points_ui(ui, scene);
+            }
             choice
         });
         let choice = choice.flatten();
@@ -266,6 +269,10 @@ impl Window {
             })
         });
         let action = section_ui(ui, sections, "Transfer function", |ui| {
+            if document.surface.is_some() && !scene.shows_field() {
+                let text = "Of the points, which Data shows; the surface has its colours under Polygons and labels";
+                inside::note_ui(ui, text);
+            }
             let default = document.first_look.transfer.clone();
             let (editor, bells) = (&mut self.transfer, &mut self.gaussians);
             transfer::transfer_ui(ui, editor, scene, bells, |_: &Statistics| default)

@@ -491,11 +491,15 @@ pub(super) fn grid(
     told::tell_apart(&mut fields, warnings);
     warnings.extend(told::flat_cells(&listing.types));
     warnings.extend(told::straightened(&listing, &fields));
+    told::looks_last(&mut fields);
     axes::activate(&mut fields, active);
     if fields.is_empty() {
         // Vertices, or no cells at all: what points have themselves is how dense they lie.
         let are_points_alone = listing.types.iter().all(|kind| *kind <= 2);
+        let is_surface = told::are_surface(&listing.types);
         fields.push(match are_points_alone {
+            // They colour nothing, so that nothing is to be said of them.
+            _ if is_surface => told::numbers(points, cells, &mut Vec::new()),
             true => told::density(&listing.points, warnings),
             false => told::numbers(points, cells, warnings),
         });

@@ -211,7 +211,7 @@ fn blocks_of_plot3d_are_one_grid_and_one_block_is_curvilinear() {
     std::fs::write(folder.path().join("blocks.q"), flow).unwrap();
     let holed = opened(&folder.path().join("blocks.xyz"));
     let density = values(&holed.grid.fields[0]);
-    assert_eq!((density[4].is_nan(), density[3], density[5]), (true, 4.0, 6.0));
+    assert_eq!((density[4].is_nan(), density[3], density[5]), (true, 3.0, 5.0));
     let momentum = values(&holed.grid.fields[1]);
     assert!(momentum[12..15].iter().all(|v| v.is_nan()) && momentum[11].is_finite());
     assert_eq!(values(&holed.grid.fields[3])[4], 0.0);
@@ -384,11 +384,11 @@ fn blocks_of_lzma_have_the_bytes_that_they_say_and_their_checksum() {
     // 96 bytes as one of 128; and as one of 64.
     let head = "AQAAAACAAABgAAAAXAAAAA==";
     let with = |from: &str, to: &str| text.replacen(from, to, 1);
-    assert!(text.contains(head));
+    assert!(text.contains(head) && text.contains("c19X4ABf") && text.contains("aCUiYAAE5"));
     says("a.vtu", with("AQAAAACAAABgAAAA", "AQAAAACAAABAAAAA"), &["expected 96 bytes", "has 64"]);
     // A letter of what is packed, and one of its checksum.
     says("a.vtu", with("c19X4ABf", "c19X4ABg"), &["data that decode", "damage"]);
-    says("a.vtu", with("GglImAAB", "GglInAAB"), &["data that decode", "damage"]);
+    says("a.vtu", with("aCUiYAAE5", "aCUiZAAE5"), &["data that decode", "damage"]);
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Meshes: drawn as they are, with every control that grids have.
 
+use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable as _;
 use voxsplat::app::words;
 use voxsplat::kernel::Kernel;
 use voxsplat::scene::{ByArray, PolygonLook, Scene};
@@ -78,7 +80,9 @@ fn polygons_open_as_a_surface_in_the_colours_of_the_field_that_is_chosen() {
     assert!(!scene(&bench).shows_field(), "its points are hidden");
     let (look, name) = surface(&bench);
     assert_eq!(name.as_deref(), Some("heat"));
-    assert_eq!(look.by.map(|by| by.range), Some([0.0, 3.0]));
+    // In the colours of the field, as that is first seen.
+    let own = |bench: &Bench| scene(bench).transfer().expect("a field").colour.range();
+    assert_eq!(look.by.map(|by| by.range), Some(own(&bench)));
     assert!(bench.shows("Mesh 1 colours"), "its section is open");
     // Other colours stay where another field is chosen.
     bench.choose("Mesh 1 colours", "Inferno");
@@ -90,8 +94,16 @@ fn polygons_open_as_a_surface_in_the_colours_of_the_field_that_is_chosen() {
     let (look, name) = surface(&bench);
     assert_eq!((name.as_deref(), look.opacity), (Some("load"), 0.5));
     let by = look.by.expect("coloured");
-    assert_eq!((by.map, by.range), (ColourMap::Inferno, [10.0, 20.0]));
+    assert_eq!((by.map, by.range), (ColourMap::Inferno, own(&bench)));
+    assert!(by.range[0] >= 9.0, "{by:?}");
     assert!(!scene(&bench).shows_field());
+    let shown = bench.harness.get_by_role_and_label(Role::CheckBox, "Its points shown");
+    shown.click();
+    bench.settle();
+    assert!(scene(&bench).shows_field());
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Its points shown").click();
+    bench.settle();
+    assert!(!scene(&bench).shows_field() && bench.tells("Of the points, which Data shows"));
     // And by none.
     bench.choose("Mesh 1 colour by", "Nothing");
     assert_eq!(surface(&bench).1, None);

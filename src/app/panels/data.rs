@@ -7,7 +7,7 @@ use crate::app::document::Document;
 use crate::app::words;
 use crate::core::memory::human_bytes;
 use crate::io::Series;
-use crate::scene::SplatSettings;
+use crate::scene::{Scene, SplatSettings};
 use crate::volume::{Component, Field, ScalarVolume, Shape};
 
 /// Another number of the file that a person wants to see.
@@ -146,6 +146,18 @@ pub fn drawn_as_ui(ui: &mut Ui, volume: &ScalarVolume, splat: &mut SplatSettings
                 let SplatSettings { opacity_unit_distance, cut, .. } = *splat;
                 *splat = SplatSettings { opacity_unit_distance, cut, ..own };
             }
+        }
+    });
+}
+
+/// Whether the points of a file that opens as a surface are drawn beside it.
+pub fn points_ui(ui: &mut Ui, scene: &mut Scene) {
+    row_ui(ui, "Its points", |ui| {
+        let mut are_shown = scene.shows_field();
+        let shown = ui.checkbox(&mut are_shown, "Shown").accessible_name("Its points shown");
+        let help = "Draw an ellipsoid about each point, too; hide the surface under Polygons and labels to see these alone";
+        if shown.on_hover_text(help).changed() {
+            scene.show_field(are_shown);
         }
     });
 }

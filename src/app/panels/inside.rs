@@ -60,7 +60,7 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
 }
 
 /// What there is to know before a part is changed.
-pub(super) fn note_ui(ui: &mut Ui, text: &str) {
+pub fn note_ui(ui: &mut Ui, text: &str) {
     ui.add(Label::new(RichText::new(text).size(12.0).color(theme::NOTE)).wrap());
 }
 

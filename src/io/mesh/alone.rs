@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::super::error::{Problem, ReadError};
 use super::super::unstructured::{self, Part, field_of, kind};
@@ -147,8 +147,23 @@ fn mesh_of(
         };
         arrays.push(MeshArray { name, values });
     }
-    let mesh = Mesh::of_places(name, &positions, Vec::new(), Vec::new(), triangles);
+    let mesh = Mesh::of_places(name, &positions, normals_of(grid), Vec::new(), triangles);
     mesh.and_then(|mesh| mesh.with_arrays(arrays)).map_err(Unmade::Mesh)
+}
+
+/// The normals that a file has at its points; none of others.
+fn normals_of(grid: &Grid) -> Vec<Vec3> {
+    let Shape::Unstructured(cells) = &grid.shape else { return Vec::new() };
+    let are_normals = |field: &&Field| {
+        field.name.eq_ignore_ascii_case("normals")
+            && field.components == 3
+            && field.association == Association::Point
+            // Splits add points, which have none.
+            && field.samples.len() == 3 * cells.points().len()
+    };
+    let Some(field) = grid.fields.iter().find(are_normals) else { return Vec::new() };
+    let at = |i: usize| DVec3::from([0, 1, 2].map(|c| field.samples.get(3 * i + c))).as_vec3();
+    (0..cells.points().len()).map(at).collect()
 }
 
 /// What a number of a field is called among the numbers on a mesh.

@@ -20,13 +20,29 @@ fn is_flat(kind: u8) -> bool {
 pub(in super::super) const EMBED_THEM: &str =
     "to see such cells, embed the file as polygons (--mesh)";
 
+/// Whether cells have volume, rather than an area, a length or a place.
+fn has_solids(types: &[u8]) -> bool {
+    types.iter().any(|kind| !is_flat(*kind) && !matches!(kind, 0..=4 | 21 | 35 | 68 | 75))
+}
+
+/// Whether cells are polygons, and none has volume: a surface, which has a colour without any number.
+pub(super) fn are_surface(types: &[u8]) -> bool {
+    types.iter().any(|kind| is_flat(*kind)) && !has_solids(types)
+}
+
+/// Puts arrays behind others that say how a surface is lit or where pictures lie on it, which is not what it is about.
+pub(super) fn looks_last(fields: &mut [Field]) {
+    let is_of_looks = |field: &Field| {
+        let name = field.name.to_lowercase();
+        ["normals", "tcoords", "texture coordinates", "texcoords"].contains(&name.as_str())
+    };
+    fields.sort_by_key(is_of_looks);
+}
+
 /// What becomes of cells without a volume.
 pub(super) fn flat_cells(types: &[u8]) -> Option<String> {
     let flat = types.iter().filter(|kind| is_flat(**kind)).count();
-    // The others are of points and lines.
-    let has_solids =
-        types.iter().any(|kind| !is_flat(*kind) && !matches!(kind, 0..=4 | 21 | 35 | 68 | 75));
-    match (flat, has_solids) {
+    match (flat, has_solids(types)) {
         (0, _) => None,
         (flat, true) => Some(format!(
             "{} {} no volume: left out here; {EMBED_THEM}",
