@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::core::Ticket;
 use crate::io::{Encoded, Series, mesh};
 use crate::polygons::Mesh;
-use crate::scene::FirstLook;
+use crate::scene::{FirstLook, Lighting};
 use crate::transfer::presets;
 use crate::volume::{
     Component, Field, Grid, ScalarType, ScalarVolume, Shape, VectorField, VolumeError, demo,
@@ -321,7 +321,10 @@ impl Document {
         };
         let flows = flowing.is_some();
         let surface = surface_of(&source, &grid, (field, component), ticket)?;
-        let first_look = library.first_look(&volume, grid.space.as_deref());
+        let mut first_look = library.first_look(&volume, grid.space.as_deref());
+        if surface.is_some() {
+            first_look.lighting = Some(Lighting::first_look());
+        }
         Ok(Self {
             source,
             fields_in_file: grid.fields.len(),

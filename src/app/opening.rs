@@ -25,6 +25,7 @@ use crate::scene::{
     SplatSettings, VectorLayer, offers, projected_range,
 };
 use crate::task::transfer_file;
+use crate::transfer::{ColourMap, ColourSource};
 
 /// A volume being read, or another field of one being made ready.
 pub(super) struct Loading {
@@ -185,7 +186,10 @@ impl Window {
         let path = document.source.key();
         let name = document.grid.fields.get(document.field).map_or("", |field| &field.name);
         let source = SampleSource::component(&path, name, document.component);
-        let colours = look.transfer.colour.clone();
+        let map = match look.transfer.colour {
+            ColourSource::Map { map, .. } => map,
+            ColourSource::Stops(_) => ColourMap::Viridis,
+        };
         let field = (Sampled::Volume(volume), Look::Field(look.transfer));
         let camera = before.as_ref().filter(|_| keep_view).map(|scene| scene.camera);
         let unframed = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0);
@@ -216,7 +220,7 @@ impl Window {
         }
         if let Some((mesh, name)) = &document.surface {
             let source = SampleSource::whole(&path, mesh.name());
-            let layer = PolygonLayer::of_surface(Arc::clone(mesh), name, &colours);
+            let layer = PolygonLayer::of_surface(Arc::clone(mesh), name, map, None);
             show_surface(&mut scene, source, layer);
             // Its colours are there, unless somebody closed the section.
             self.settings.sections.entry(POLYGONS.to_owned()).or_insert(true);

@@ -158,6 +158,9 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
                     ("Opacity", format!("{} in {unit} units", percent(opacity))),
                 ]);
             }
+            if !answer.look.scene.shows_field() && value.is_finite() {
+                rows.push(("Value", words::value(value)));
+            }
             rows.push(("", met_words(met, &gathered)));
             for ProbedVector { place, vector, length, .. } in vectors.into_iter().flatten() {
                 let length = words::value(length);

@@ -12,12 +12,12 @@ use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
 use crate::polygons::Mesh;
 use crate::scene::{
-    self, Look, Orientation, PolygonLayer, SampleSource, Scene, Shading, SplatSettings,
+    self, Lighting, Look, Orientation, PolygonLayer, SampleSource, Scene, Shading, SplatSettings,
     framing_surfaces, framing_what_shows,
 };
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
-use crate::transfer::{ColourSource, NoData, Region, TransferFunction};
+use crate::transfer::{ColourMap, ColourSource, NoData, Region, TransferFunction};
 use crate::volume::{
     Component, Field, Grid, ScalarVolume, Statistics, VolumeError, demo, demo::DemoError,
 };
@@ -224,6 +224,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
         opening.add(input.source(mesh.name()), PolygonLayer::new(Arc::new(mesh)));
         let Camera { direction, up, .. } = opening.camera;
         opening.show_field(false);
+        opening.shading.lighting = Some(Lighting::first_look());
         opening.camera = framing_surfaces(&opening, direction, up).unwrap_or(opening.camera);
     }
     if flags.camera_direction.is_some() || flags.camera_up_axis.is_some() {
@@ -268,11 +269,13 @@ fn drawn<'a>(input: &'a Input, flags: &SceneFlags) -> Result<(&'a Field, Compone
 fn colour_surface(scene: &mut Scene, input: &Input, flags: &SceneFlags) -> Result<(), Failure> {
     let (field, component) = drawn(input, flags)?;
     let name = io::mesh::array_name(field, component);
-    let Some(colours) = scene.transfer().map(|transfer| transfer.colour.clone()) else {
-        return Ok(());
+    let map = match scene.transfer().map(|transfer| &transfer.colour) {
+        Some(ColourSource::Map { map, .. }) => *map,
+        _ => ColourMap::Viridis,
     };
     let own = scene.polygons().into_iter().next();
-    let look = own.map(|own| PolygonLayer::of_surface(own.mesh, &name, &colours).look);
+    let of = |own: PolygonLayer| PolygonLayer::of_surface(own.mesh, &name, map, flags.color_range);
+    let look = own.map(|own| of(own).look);
     for layer in &mut scene.layers {
         if let (Look::Polygons(old), Some(look)) = (&mut layer.look, look) {
             *old = look;

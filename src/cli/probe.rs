@@ -202,6 +202,14 @@ fn sentences(report: &Report, seen: Seen) -> String {
         let world = format!("World ({x} {y} {z})     {}", three(point.world));
         return [vec![world, seen], vector_lines(report)].concat().join("\n");
     }
+    if point.met == Met::Polygon && point.gradient.x.is_nan() {
+        let mut lines = vec![format!("World ({x} {y} {z})     {}", three(point.world))];
+        if point.value.is_finite() {
+            lines.push(format!("Value             {:.6}", point.value));
+        }
+        lines.push(format!("Seen              {}", met_words(point.met, share)));
+        return [lines, vector_lines(report)].concat().join("\n");
+    }
     let place = match point.cell {
         Some(cell) => format!("Cell              {cell}"),
         None => format!("Index             {}", three(point.index)),

@@ -10,6 +10,7 @@ use super::axes;
 use super::bytes::{DEFLATE_MOST, no_samples, reserve_samples};
 use super::error::{Problem, header, quoted, truncated, unsupported};
 use crate::cells::{Cells, CellsError, Listing};
+use crate::core::counted;
 use crate::core::memory::{self, TooLarge};
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
 
@@ -508,7 +509,8 @@ pub(super) fn grid(
     let left_out = cells.census().not_finite;
     if left_out > 0 {
         warnings.push(format!(
-            "{left_out} cells have corners that lie nowhere (NaN or infinite): they are left out"
+            "{} with corners that lie nowhere (NaN or infinite): left out",
+            counted(left_out, "cell")
         ));
     }
     Ok(Grid::shaped([points, 1, 1], Shape::Unstructured(Arc::new(cells)), fields)?)

@@ -74,6 +74,20 @@ pub(super) fn met_by(scene: &Scene, ray: &Line) -> Vec<Surface> {
     met
 }
 
+/// The number that colours the polygon which a ray meets at `t`; `None` of polygons without any.
+pub(super) fn value_on(scene: &Scene, ray: &Line, t: f64) -> Option<f64> {
+    drawn(scene).into_iter().find_map(|layer| {
+        let origin = layer.mesh.origin();
+        let mut all = layer.mesh.triangles(false).zip(layer.mesh.values(layer.look.by?.array));
+        all.find_map(|(triangle, values)| {
+            let corners = triangle.corners.map(|corner| origin + corner.as_dvec3());
+            let (shares, at) = meet(ray, corners)?;
+            let is_it = at == t && shares.min_element() >= 0.0;
+            is_it.then(|| shares.dot(DVec3::from(values.map(f64::from))))
+        })
+    })
+}
+
 /// The polygons that a scene's mode has a place for.
 fn drawn(scene: &Scene) -> Vec<PolygonLayer> {
     match scene.refusal_of(Effect::Polygons) {

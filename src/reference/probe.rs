@@ -26,8 +26,8 @@ const TOLERANCE: f64 = 1e-6;
 /// Halvings of the part of the ray in which its point lies: to the last bits of its place.
 const HALVINGS: u32 = 48;
 
-/// The field at a point. Beside the field's grid, and where vectors are shown without it, value and gradient are
-/// NaN, and the opacity is 0.
+/// The field at a point. Beside the field's grid, and where vectors or surfaces are shown without it, value and gradient are
+/// NaN, and the opacity is 0; but on a polygon that is coloured by numbers the value is that of these.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Point {
     /// In or on what it is.
@@ -270,7 +270,9 @@ pub fn seen_alone(scene: &Scene, size: [u32; 2], at: DVec2, share: f64) -> Seen 
             world: ray.at(t),
             index: scene.lattice().index_from_world(ray.at(t)),
             cell: None,
-            value: f64::NAN,
+            value: polygons::value_on(scene, &ray, t)
+                .filter(|_| met == Met::Polygon)
+                .unwrap_or(f64::NAN),
             gradient: DVec3::NAN,
             opacity: 0.0,
             vectors: vectors_at(scene, ray.at(t)),

@@ -102,16 +102,18 @@ impl PolygonLayer {
         Self { mesh, look }
     }
 
-    /// A surface as it is first seen that is all there is of its file: in its own colours, else by the numbers of this name, in
-    /// the colours of a field of them.
-    pub fn of_surface(mesh: Arc<Mesh>, name: &str, colours: &ColourSource) -> Self {
+    /// A surface as it is first seen that is all there is of its file: in its own colours, else by the numbers of this name, over
+    /// a range or all of theirs.
+    pub fn of_surface(
+        mesh: Arc<Mesh>,
+        name: &str,
+        map: ColourMap,
+        range: Option<[f64; 2]>,
+    ) -> Self {
         let array = mesh.arrays().iter().position(|array| array.name == name);
         let array = array.filter(|_| !mesh.has_colours());
         let own = array.and_then(|at| Some((at, mesh.arrays()[at].range()?)));
-        let by = own.map(|(array, own)| match colours {
-            ColourSource::Map { map, range } => ByArray { array, map: *map, range: *range },
-            ColourSource::Stops(_) => ByArray { array, map: ColourMap::Viridis, range: own },
-        });
+        let by = own.map(|(array, own)| ByArray { array, map, range: range.unwrap_or(own) });
         let layer = Self::new(mesh);
         Self { look: PolygonLook { by, ..layer.look }, ..layer }
     }
@@ -175,29 +177,27 @@ mod tests {
 
     #[test]
     fn numbers_colour_corners_by_the_map_between_the_ends_of_its_range() {
-        let range = [1.0, 5.0];
-        let gray = ColourSource::Map { map: ColourMap::Gray, range };
-        let mut layer = PolygonLayer::of_surface(mesh(Vec::new()), "T", &gray);
-        assert_eq!(layer.look.by, Some(ByArray { array: 1, map: ColourMap::Gray, range }));
+        let (range, gray) = ([1.0, 5.0], ColourMap::Gray);
+        let mut layer = PolygonLayer::of_surface(mesh(Vec::new()), "T", gray, Some(range));
+        assert_eq!(layer.look.by, Some(ByArray { array: 1, map: gray, range }));
         // Half of the way is half of 255 as encoded.
         assert_eq!(colours(&layer), [Srgb8([0; 3]), Srgb8([128; 3]), POLYGON_COLOUR]);
         layer.look.by = layer.look.by.map(|by| ByArray { range: [3.0, 1.0], ..by });
         assert_eq!(colours(&layer)[..2], [Srgb8([255; 3]), Srgb8([0; 3])]);
         layer.look.by = None;
         assert_eq!(colours(&layer), [POLYGON_COLOUR; 3]);
-        // Without a map the numbers' own range.
-        let stops = ColourSource::Stops(vec![(0.0, Srgb8::WHITE)]);
-        let by = PolygonLayer::of_surface(mesh(Vec::new()), "T", &stops).look.by;
+        // Unless another was asked for, the numbers' own range.
+        let by = PolygonLayer::of_surface(mesh(Vec::new()), "T", gray, None).look.by;
         assert_eq!(by.map(|by| by.range), Some([1.0, 3.0]));
     }
 
     #[test]
     fn surfaces_with_colours_of_their_own_or_without_the_numbers_are_not_coloured_by_them() {
-        let gray = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] };
+        let gray = ColourMap::Gray;
         let own = [[1, 2, 3], [4, 5, 6], [7, 8, 9]].map(Srgb8);
-        let layer = PolygonLayer::of_surface(mesh(own.to_vec()), "T", &gray);
+        let layer = PolygonLayer::of_surface(mesh(own.to_vec()), "T", gray, None);
         assert_eq!((layer.look.by, colours(&layer)), (None, own));
-        assert_eq!(PolygonLayer::of_surface(mesh(Vec::new()), "U", &gray).look.by, None);
+        assert_eq!(PolygonLayer::of_surface(mesh(Vec::new()), "U", gray, None).look.by, None);
     }
 
     #[test]

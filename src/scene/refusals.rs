@@ -105,8 +105,8 @@ impl std::fmt::Display for Refusal {
             ),
             Ground::Hidden => write!(
                 f,
-                "expected no {part} with vectors alone, which are drawn whole, found both; show them beside the \
-                 field, or leave one of the two out"
+                "expected no {part} where the field is not drawn, as vectors and surfaces by themselves are drawn whole, \
+                 found both; show them beside the field, or leave one of the two out"
             ),
         }
     }

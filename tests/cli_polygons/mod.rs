@@ -198,6 +198,13 @@ fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
     let seen = voxsplat(&["probe", file, "--at", "320,200", "--resolution", "640,400"]);
     let said = String::from_utf8_lossy(&seen.stdout);
     assert!(said.contains("polygon"), "{said} {}", errors(&seen));
+    // In its middle, where numbers are between those of the corners.
+    let value: f64 = said
+        .lines()
+        .find_map(|line| line.strip_prefix("Value"))
+        .and_then(|value| value.trim().parse().ok())
+        .expect("a value");
+    assert!((value - 5.0).abs() < 0.1 && !said.contains("Index"), "{said}");
     // Embedded in another file it takes its colours from an array that is named.
     let by = format!("{file},by=heat,map=gray,range=0:20");
     let output = voxsplat(&["render", DEMO, "--engine", "native", "--mesh", &by, "-o", to]);

@@ -316,3 +316,37 @@ fn meshes_of_cells_have_their_arrays_on_their_outer_faces() {
     let count = |of: f32| load.iter().filter(|value| **value == of).count();
     assert_eq!((mesh.len(), count(1.0), count(2.0)), (6, 3, 3));
 }
+
+#[test]
+fn large_surfaces_are_read_without_a_look_at_their_neighbours_and_corners_that_lie_nowhere_are_left_out()
+ {
+    // A strip of 12 000 triangles, whose points count; and once more with one of them nowhere.
+    let count = 12_002;
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
+         property float number\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        count - 2
+    );
+    for i in 0..count {
+        text += &format!("{} {} 0 {i}\n", i / 2, i % 2);
+    }
+    for i in 0..count - 2 {
+        text += &format!("3 {i} {} {}\n", i + 1, i + 2);
+    }
+    let (_folder, path) = saved("strip.ply", text.as_bytes());
+    let opened =
+        voxsplat::io::open(&path, &OpenOptions::default(), &Ticket::new()).expect("a strip");
+    let field = opened.grid.field(None).expect("a field");
+    let volume = opened.grid.scalar(field, Component::Index(0), &Ticket::new()).expect("values");
+    assert!(volume.scattered.is_none(), "ellipsoids about its points would take long");
+    let (least, most) = (volume.statistics.min, volume.statistics.max);
+    assert_eq!((least, most), (0.0, f64::from(count - 1)));
+    // An array of the file that counts is one all the same.
+    let (mesh, _) = surface("strip.ply", text.as_bytes(), None);
+    assert!(matches!(array(&mesh.expect("a surface"), "number"), MeshValues::Corners(_)));
+    let mut bytes = stl_binary(b"");
+    bytes[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
+    let (mesh, said) = surface("a.stl", &bytes, None);
+    assert_eq!(mesh.expect("the other triangle").len(), 1);
+    assert!(said.iter().any(|said| said.starts_with("1 cell with corners")), "{said:?}");
+}

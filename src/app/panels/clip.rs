@@ -87,7 +87,8 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
     if !scene.shows_field() {
         note_ui(
             ui,
-            "Vectors alone are drawn whole: show the scalar field under Vectors to see inside",
+            "What is drawn without its field is drawn whole: show that under Vectors, or the points of a surface under Data, to see \
+             inside",
         );
     }
     if !Inside::is_shown_by(&scene.splat) {

@@ -88,8 +88,13 @@ pub fn surface_of(
         _ => return Ok(None),
     }
     if MeshFormat::of(path).is_some() {
-        // It may have normals and colours, too, which grids have not.
-        return super::open(path, None, ticket).map(|opened| Some(opened.mesh));
+        // It may have normals and colours, too, which grids have not. What has corners that lie nowhere is no mesh, and
+        // a grid without them.
+        match super::open(path, None, ticket) {
+            Ok(opened) => return Ok(Some(opened.mesh)),
+            Err(error) if error.is_cancelled() => return Err(error),
+            Err(_) => {}
+        }
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     match mesh_of(grid, &name, Some(drawn), ticket) {
@@ -131,8 +136,7 @@ fn mesh_of(
         }
         let own = grid.samples_of(field, component, ticket).map_err(Unmade::Volume)?;
         let own: Vec<f64> = (0..own.len()).map(|i| own.get(i)).collect();
-        // Numbers that only count points or cells, as stand in where a file has none, say nothing.
-        if own.iter().enumerate().all(|(i, value)| *value == i as f64) {
+        if stands_in(grid, field) {
             continue;
         }
         #[expect(clippy::cast_possible_truncation, reason = "colours need no more digits")]
@@ -149,6 +153,12 @@ fn mesh_of(
     }
     let mesh = Mesh::of_places(name, &positions, normals_of(grid), Vec::new(), triangles);
     mesh.and_then(|mesh| mesh.with_arrays(arrays)).map_err(Unmade::Mesh)
+}
+
+/// Whether a field stands in for those that a file has none of, which says nothing.
+fn stands_in(grid: &Grid, field: &Field) -> bool {
+    let is_alone = grid.fields.len() == 1 && ["cell", "point"].contains(&&*field.name);
+    is_alone && (0..field.samples.len()).all(|i| field.samples.get(i) == i as f64)
 }
 
 /// The normals that a file has at its points; none of others.

@@ -194,7 +194,8 @@ fn unreadable(what: &str, error: &io::Error) -> Problem {
         ),
         _ => corrupt(
             format!("{what} that can be read"),
-            super::error::quoted(&error.to_string()),
+            // The line that it is about; behind it stands how far the parser had come.
+            super::error::quoted(error.to_string().lines().next().unwrap_or_default()),
             "the file is damaged, or of another format: write it again",
         ),
     }

@@ -25,6 +25,9 @@ const ALWAYS_SAMPLES: usize = 1 << 15;
 const SAMPLES_A_CELL: f64 = 8.0;
 const SAMPLES_OF_CELLS: [f64; 2] = [262_144.0, 16_777_216.0];
 
+/// Points or polygons of a surface from which on ellipsoids about them, which nobody sees at first, would take seconds.
+const MOST_OF_A_SURFACE: usize = 10_000;
+
 /// A lattice, the samples there, and what these are of.
 #[derive(Debug)]
 pub(super) struct Spaced {
@@ -119,6 +122,16 @@ impl Grid {
             let (scattered, range) = (Scattered::of_cells(&cells).map(Arc::new), cells.range());
             return Ok(Spaced { lattice, samples, cells: Some(cells), scattered, range });
         }
+        if let Shape::Unstructured(cells) = &self.shape
+            && cells.is_surface()
+            && values.len() > MOST_OF_A_SURFACE
+        {
+            let places = match field.association {
+                Association::Point => Arc::clone(cells.points()),
+                Association::Cell => cells.middles(),
+            };
+            return dotted(&places, &own(), &field.name);
+        }
         if let Shape::Unstructured(cells) = &self.shape {
             let needed = Scattered::BYTES * values.len() as u64;
             memory::require("the ellipsoids about the points", needed, memory::free_bytes())?;
@@ -192,6 +205,32 @@ impl Grid {
             }
         }
     }
+}
+
+/// Samples of a lattice, each with the value of a place about it, and the rest without any: the points of a surface, which its
+/// polygons show, without a look at their neighbours. The least and the greatest value are among them.
+fn dotted(places: &[DVec3], values: &[f64], name: &str) -> Result<Spaced, VolumeError> {
+    let is_there = |at: &usize| values[*at].is_finite() && places[*at].is_finite();
+    let there: Vec<usize> = (0..values.len().min(places.len())).filter(is_there).collect();
+    let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
+    let ends = [there.iter().copied().min_by(by_value), there.iter().copied().max_by(by_value)];
+    let [Some(least), Some(most)] = ends else {
+        let found = "values or places that are not finite".to_owned();
+        return Err(VolumeError::NothingFinite { field: name.to_owned(), found });
+    };
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let wider = |[low, high]: [DVec3; 2], at: &usize| [low.min(places[*at]), high.max(places[*at])];
+    let lattice = lattice_in(there.iter().fold(none, wider), 0);
+    let mut samples = vec![f64::NAN; lattice.len()];
+    let [nx, ny, _] = lattice.dims;
+    for at in there.into_iter().chain([least, most]) {
+        let index = lattice.index_from_world(places[at]).round();
+        let last = DVec3::from(lattice.dims.map(|n| (n - 1) as f64));
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let [x, y, z] = index.clamp(DVec3::ZERO, last).to_array().map(|v| v as usize);
+        samples[(z * ny + y) * nx + x] = values[at];
+    }
+    Ok(Spaced::plain(lattice, Arc::new(Samples::Float64(samples))))
 }
 
 /// How many cubes solids are worth: five tetrahedra or six are one, cut.
