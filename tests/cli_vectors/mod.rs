@@ -195,7 +195,7 @@ fn what_cannot_be_meant_of_vectors_is_refused() {
         (
             vec!["--vector", "velocity", "--vectors-only", "--clip-box", "0,5,0,5,0,5"],
             2,
-            vec!["no clip with vectors alone"],
+            vec!["no clip where the field is not drawn"],
         ),
         (
             vec!["--vector", "velocity", "--projection", "maximum"],

@@ -121,7 +121,10 @@ fn grid_differences(
         let more = field_differences(array, own, &told.fields[0]);
         found.extend(more.into_iter().map(|more| format!("{}: {more}", array["name"])));
     }
-    let stands_in = opened.warnings.iter().any(|warning| warning.contains("no array of numbers"));
+    // Of surfaces it is not said: they have a colour without any.
+    let is_surface = matches!(&opened.grid.shape, Shape::Unstructured(cells) if cells.is_surface());
+    let is_said = opened.warnings.iter().any(|warning| warning.contains("no array of numbers"));
+    let stands_in = is_said || (is_surface && opened.grid.fields[0].name == "cell");
     let expected = if stands_in { 1 } else { arrays.len() };
     if stands_in != arrays.is_empty() || opened.grid.fields.len() != expected {
         found.push(format!("{} fields of {} arrays", opened.grid.fields.len(), arrays.len()));

@@ -424,7 +424,7 @@ fn files_of_nothing_of_one_and_of_nowhere() {
     assert_eq!(cells_of(&points).own_cells(), 0);
     let one = made("a.vtk", TETRAHEDRON.replace("0 0 1\n", "0 0 inf\n"));
     assert_eq!(cells_of(&one).census().not_finite, 1);
-    assert!(one.warnings.iter().any(|w| w.contains("1 cells have corners that lie nowhere")));
+    assert!(one.warnings.iter().any(|w| w.contains("1 cell with corners that lie nowhere")));
     says("a.vtk", only_points.replace("0 0 0 1 0 nan", "nan 0 0 1 0 inf"), &["finite place"]);
     let empty = only_points.replace("POINTS 2 float\n0 0 0 1 0 nan", "POINTS 0 float");
     says("a.vtk", empty, &["none"]);

@@ -269,7 +269,7 @@ fn files_of_polygons_alone_are_surfaces_with_their_numbers_on_them() {
     let mesh = mesh.expect("a surface");
     assert!(mesh.has_normals());
     let names: Vec<&str> = mesh.arrays().iter().map(|array| &*array.name).collect();
-    assert_eq!(names, ["wind (magnitude)", "heat", "Normals (magnitude)"]);
+    assert_eq!(names, ["heat", "wind (magnitude)", "Normals (magnitude)"]);
     let smooth = mesh.triangles(true).next().expect("a triangle").normals[0];
     assert!((smooth - Vec3::new(0.6, 0.8, 0.0)).length() < 1e-6, "{smooth}");
     // Without arrays it has no numbers: those of its cells, which stand in, say nothing.
