@@ -14,6 +14,9 @@ const AVERAGE: u32 = 3u;
 
 override along: u32 = 1u;
 
+// Four bytes a word: the greatest value within a step of each brick (`Slabs::tops`).
+@group(0) @binding(9) var<storage, read> tops: array<u32>;
+
 // Stands for "nowhere": a depth.
 const NOWHERE: f32 = -3e38;
 
@@ -26,6 +29,12 @@ struct Projected {
     // Of the values times their length, and of the lengths.
     sum: f32,
     length: f32,
+}
+
+// What no value within a step of a position's brick is greater than.
+fn top_near(position: vec3<f32>) -> f32 {
+    let brick = brick_at(position);
+    return slabs.tops.x + slabs.tops.y * f32(tops[brick / 4u] >> (8u * (brick % 4u)) & 0xffu);
 }
 
 // The field's value, turned about for the minimum, and as far beyond as means stand for.
@@ -56,8 +65,30 @@ fn ray(screen: vec2<f32>) -> vec4<f32> {
     var k = first;
     // Once more after the last face, for the slab before it.
     let end = last + 1;
+    // Whether nothing within a step of the face before is greater than what was found.
+    var was_low = true;
     loop {
         let asks = found.perhaps != NOWHERE;
+        if along != AVERAGE && !asks {
+            let has_slab = u.y != NOTHING && u.z != NOTHING;
+            var at = through.origin + through.direction * clamp(f32(k) * step, enter, leave);
+            var is_low = top_near(at) <= found.greatest;
+            let leaps = is_low && (was_low || !has_slab);
+            while leaps && is_low && k <= end {
+                let free = leap(at, 1, through.inverse);
+                let t = clamp(f32(k) * step, enter, leave);
+                k += max(i32(ceil((abs(t - f32(k) * step) + free) / step)), 1);
+                at = through.origin + through.direction * clamp(f32(k) * step, enter, leave);
+                is_low = top_near(at) <= found.greatest;
+            }
+            if leaps && k <= end {
+                // One back, for the parabola of the slab after the next.
+                k = max(k - 1, first);
+                u = vec3<f32>(NOTHING);
+                ts = vec3<f32>(0.0);
+            }
+            was_low = is_low;
+        }
         if k > end && !asks {
             break;
         }

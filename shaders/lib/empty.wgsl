@@ -18,9 +18,14 @@ fn rays_along_side(pixel: vec2<u32>) -> u32 {
     return select(slabs.more.y, slabs.more.w >> 28u, is_marked);
 }
 
-fn distance_at(position: vec3<f32>) -> i32 {
+// The brick that a position lies in, or is next to.
+fn brick_at(position: vec3<f32>) -> u32 {
     let brick = vec3<u32>(clamp((position + 0.5) * 0.25, vec3<f32>(0.0), vec3<f32>(slabs.bricks.xyz) - 0.5));
-    let index = (brick.z * slabs.bricks.y + brick.y) * slabs.bricks.x + brick.x;
+    return (brick.z * slabs.bricks.y + brick.y) * slabs.bricks.x + brick.x;
+}
+
+fn distance_at(position: vec3<f32>) -> i32 {
+    let index = brick_at(position);
     return i32(empty[index / 4u] >> (8u * (index % 4u)) & 0xffu);
 }
 

@@ -49,6 +49,9 @@ struct Slabs {
     // samples without data begin. Last, 0 or the word at which the bits of pixels begin that have
     // more rays, and above bit 28 how many along a side.
     more: vec4<u32>,
+    // Of values of which the greatest is sought, turned about for the least: as cells, what byte 0 of `tops` stands
+    // for, and what one more is.
+    tops: vec4<f32>,
     // What lets the inside be seen, in the index space of the field that is drawn. Of what cuts, xyz: a normal
     // of length 1; kept is what has a greater product with it than w.
     clip: array<vec4<f32>, 12>,

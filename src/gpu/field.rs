@@ -258,18 +258,12 @@ impl DeviceField {
         reach: usize,
         levels: &[f64],
     ) -> (Vec<u32>, u32, Vec<bool>) {
-        // Half a step of 16 bits, and the rounding of 32.
-        let slack = match self.format {
-            Format::Floats => 0.0,
-            Format::Pairs | Format::Halves => self.scale / 65535.0,
-        };
-        // A step of more than a voxel may end as many bricks further on.
-        let further = reach.saturating_sub(BOUNDED_REACH).div_ceil(EMPTY_BRICK);
+        let further = further_bricks(reach);
         let near_holes = if table.no_data[3] > 0.0 { self.near_holes() } else { &[] };
         let mut bytes = distances(self.bounds.dims, |brick| {
             let [low, high] = self.bounds.ranges[brick];
             let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
-            let slack = slack + 1e-6 * low.abs().max(high.abs());
+            let slack = self.slack(low.abs().max(high.abs()));
             let (low, high) = (low - slack, high + slack);
             table.shows(low, high)
                 || near_holes.get(brick).is_some_and(|is| *is)
@@ -285,6 +279,39 @@ impl DeviceField {
             words.extend(holes);
         }
         (words, holes_at, shows)
+    }
+
+    /// For each brick the greatest value of a position within `reach` voxels of it, or the least, turned about: at least
+    /// [`BOUNDED_REACH`] voxels, and as many bricks more as are needed.
+    pub(super) fn tops(&self, turns: bool, reach: usize) -> Vec<f64> {
+        let top = |&[low, high]: &[f32; 2]| {
+            let top = f64::from(if turns { low } else { high }) + self.bias;
+            let top = if turns { -top } else { top };
+            top + self.slack(top.abs())
+        };
+        let mut tops: Vec<f64> = self.bounds.ranges.iter().map(top).collect();
+        let [nx, ny, nz] = self.bounds.dims;
+        for _ in 0..further_bricks(reach) {
+            for (stride, n) in [(1, nx), (nx, ny), (nx * ny, nz)] {
+                let before = tops.clone();
+                for (i, top) in tops.iter_mut().enumerate() {
+                    let at = i / stride % n;
+                    let left = if at > 0 { before[i - stride] } else { *top };
+                    let right = if at + 1 < n { before[i + stride] } else { *top };
+                    *top = top.max(left).max(right);
+                }
+            }
+        }
+        tops
+    }
+
+    /// How far what the device finds may be off from a value of this size: half a step of 16 bits, and the rounding of 32.
+    fn slack(&self, size: f64) -> f64 {
+        let step = match self.format {
+            Format::Floats => 0.0,
+            Format::Pairs | Format::Halves => self.scale / 65535.0,
+        };
+        step + 1e-6 * size
     }
 
     /// Whether samples without data are in reach of each brick, or of a step of a voxel from it; none of
@@ -306,6 +333,11 @@ impl DeviceField {
     pub(super) fn bricks(&self) -> [usize; 3] {
         self.dims.map(|n| n.div_ceil(EMPTY_BRICK))
     }
+}
+
+/// Bricks beyond the one it begins in, and those that [`BOUNDED_REACH`] covers, that a step of so many voxels may end in.
+fn further_bricks(reach: usize) -> usize {
+    reach.saturating_sub(BOUNDED_REACH).div_ceil(EMPTY_BRICK)
 }
 
 /// Bounds by brick: b covers the positions 4b − ½ … 4b + 3½ along each axis, in index space, and [`BOUNDED_REACH`] more

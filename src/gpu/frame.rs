@@ -132,7 +132,9 @@ impl Pass {
     pub fn name(self) -> &'static str {
         match self {
             Self::CountSegments { .. } => super::shader::COUNT_SEGMENTS.name,
-            Self::ScanSegments => super::shader::SCAN_SEGMENTS.name,
+            Self::ScanSegments | Self::ScanEntries | Self::ScanDigits => {
+                super::shader::SCAN_COUNTS.name
+            }
             Self::EmitKernels { .. } => super::shader::EMIT_KERNELS.name,
             Self::Splat(_) => super::shader::SPLAT.name,
             Self::ReconstructSlabs { .. } => super::shader::RECONSTRUCT_SLABS,
@@ -142,7 +144,6 @@ impl Pass {
             Self::CountEntries { .. } => super::shader::COUNT_ENTRIES.name,
             Self::CountVectors { .. } => super::shader::COUNT_VECTORS.name,
             Self::CompositeVectors { .. } => super::shader::COMPOSITE_VECTORS,
-            Self::ScanEntries | Self::ScanDigits => super::shader::SCAN_SEGMENTS.name,
             Self::WriteEntries { .. } => super::shader::WRITE_ENTRIES.name,
             Self::CountDigits(_) => super::shader::COUNT_DIGITS.name,
             Self::ScatterDigits(_) => super::shader::SCATTER_DIGITS.name,

@@ -181,7 +181,10 @@ pub const FRAGMENT_WORDS: u32 = 6;
 /// Threads in a workgroup of the passes over pixels' polygons.
 pub const POLYGON_THREADS: u32 = 64;
 
-/// `Scan` in `shaders/scan_segments.wgsl`.
+/// Counts that a workgroup sums up: `BLOCK` in `shaders/lib/blocks.wgsl`.
+pub const SCAN_BLOCK: u32 = 2048;
+
+/// `Scan` in `shaders/lib/blocks.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[expect(missing_docs, reason = "documented in the shader")]
@@ -262,6 +265,7 @@ pub struct Slabs {
     pub beyond: [f32; 4],
     pub tiles: [u32; 4],
     pub more: [u32; 4],
+    pub tops: [f32; 4],
     pub clip: [[f32; 4]; MOST_CLIPS],
     pub slices: [[f32; 4]; crate::scene::MOST_SLICES],
     pub levels: [[f32; 4]; crate::scene::MOST_ISOSURFACES],

@@ -27,6 +27,7 @@ mod polygons;
 mod rays;
 mod renderer;
 mod samples;
+mod scan;
 mod scattered;
 mod shade;
 mod shaded_samples;

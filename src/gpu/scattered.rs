@@ -8,8 +8,9 @@
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
-use super::layout::{self, COUNT_HEADER_WORDS, Record};
+use super::layout::{self, Record};
 use super::pipelines::ListVariant;
+use super::scan::Scan;
 use super::sort::Sorter;
 use crate::kernel::Kernel;
 use crate::scene::SplatSettings;
@@ -20,12 +21,6 @@ const MOST_ENTRIES: u32 = 1 << 22;
 const PROJECTED_VEC4S: u64 = 4;
 /// The most turns of a kernel's thread, which walks rows and tiles and writes its entries, on adapters that end loops.
 pub(super) const MOST_TURNS: u32 = 65_000;
-
-/// Turns of a thread that sums up so many counts, of its run twice and of all runs once (`scan_segments`).
-pub(super) fn scan_turns(counts: u32) -> u32 {
-    const THREADS: u32 = 256;
-    2 * counts.div_ceil(THREADS) + THREADS
-}
 
 /// Kernels to draw by lists, and how.
 #[derive(Debug, Clone, Copy)]
@@ -86,10 +81,9 @@ pub(super) enum ListsOf {
 pub(super) struct Lists {
     pub(super) sorter: Sorter,
     pub(super) settings: wgpu::Buffer,
-    pub(super) scan: wgpu::Buffer,
+    pub(super) scan: Scan,
     pub(super) totals: wgpu::Buffer,
     pub(super) records: Growing,
-    pub(super) counts: Growing,
     pub(super) bounds: Growing,
     pub(super) projected: Growing,
     pub(super) ranges: Growing,
@@ -102,9 +96,6 @@ pub(super) struct Lists {
 impl Lists {
     pub(super) fn new(context: &Context) -> Self {
         use wgpu::BufferUsages as Usage;
-        let uniform = |label, size: usize| {
-            Growing::make(context, label, Usage::UNIFORM | Usage::COPY_DST, size as u64)
-        };
         let small = |label| {
             Growing::make(context, label, Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC, 16)
         };
@@ -117,10 +108,9 @@ impl Lists {
                 Usage::STORAGE | Usage::COPY_DST,
                 size_of::<layout::Lists>() as u64,
             ),
-            scan: uniform("entry scan", size_of::<layout::Scan>()),
+            scan: Scan::new(context),
             totals: small("entry totals"),
             records: storage("scattered records"),
-            counts: storage("entry counts"),
             bounds: storage("bounds"),
             projected: storage("projected kernels"),
             ranges: Growing::new(
@@ -141,14 +131,13 @@ impl Lists {
     }
 
     pub(super) fn size_bytes(&self) -> u64 {
-        let own = [&self.records, &self.counts, &self.bounds, &self.projected, &self.ranges];
+        let own = [&self.records, &self.bounds, &self.projected, &self.ranges];
         let bytes = own.iter().map(|g| g.buffer.size()).sum::<u64>();
-        self.sorter.size_bytes() + bytes
+        self.sorter.size_bytes() + self.scan.size_bytes() + bytes
     }
 
     /// Makes room for what is kept of so many kernels.
     pub(super) fn reserve(&mut self, context: &Context, count: u64) -> Result<(), GpuError> {
-        self.counts.reserve(context, 4 * (count + 1 + COUNT_HEADER_WORDS as u64))?;
         self.bounds.reserve(context, 16 * count)?;
         self.projected.reserve(context, 16 * PROJECTED_VEC4S * count)
     }

@@ -1,7 +1,7 @@
 //! The shaders, each with the library pieces it needs in front.
 //!
 //! What a scene does not ask for is left out by overrides, which a compiler takes for constants. Only what has
-//! bindings of its own, lights, vectors and polygons, is a piece that is there or is not: 39 shaders in all.
+//! bindings of its own, lights, vectors and polygons, is a piece that is there or is not: 40 shaders in all.
 
 use std::borrow::Cow;
 
@@ -16,6 +16,7 @@ macro_rules! piece {
 
 piece!(
     ALONE "alone",
+    BLOCKS "blocks",
     CELLS "cells",
     CLASSIFY "classify",
     EMPTY "empty",
@@ -116,7 +117,8 @@ macro_rules! shader {
 }
 
 shader!(COUNT_SEGMENTS, "count_segments", TRAVERSAL);
-shader!(SCAN_SEGMENTS, "scan_segments",);
+shader!(SUM_COUNTS, "sum_counts", BLOCKS);
+shader!(SCAN_COUNTS, "scan_counts", BLOCKS);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
 shader!(MERGE_BRICKS, "merge_bricks", TRAVERSAL, OPACITY);
 shader!(SPLAT, "splat", FRAME, PROJECT, FOOTPRINT, OPACITY);
@@ -254,10 +256,11 @@ pub const RECONSTRUCT_SLABS: &str = "reconstruct_slabs";
 pub const COMPOSITE_VECTORS: &str = "composite_vectors";
 
 /// Every shader there is.
-pub static ALL: [Shader; 39] = {
+pub static ALL: [Shader; 40] = {
     let single = [
         COUNT_SEGMENTS,
-        SCAN_SEGMENTS,
+        SUM_COUNTS,
+        SCAN_COUNTS,
         EMIT_KERNELS,
         MERGE_BRICKS,
         SPLAT,
@@ -280,7 +283,7 @@ pub static ALL: [Shader; 39] = {
         alone(Among::ALL[2]),
         alone(Among::ALL[3]),
     ];
-    let mut all = [PRESENT; 39];
+    let mut all = [PRESENT; 40];
     let mut i = 0;
     while i < single.len() {
         all[i] = single[i];

@@ -1,6 +1,7 @@
 //! Slabs of a field that is classified after reconstruction (`reconstruct_slabs.wgsl`).
 
 mod marking;
+mod tops;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -30,6 +31,7 @@ use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
 
 use layout::TILE;
+use tops::Tops;
 
 /// Everything that slabs of a reconstructed field keep on the device.
 #[derive(Debug)]
@@ -41,6 +43,8 @@ pub(super) struct SlabPass {
     interpolating: bool,
     pub(super) field: Option<DeviceField>,
     pub(super) table: Option<SlabTable>,
+    /// While greatest or least values are sought.
+    tops: Option<Tops>,
     /// Pixels of the next picture that have more rays than one.
     pub(super) marked: Option<Marked>,
 }
@@ -124,6 +128,7 @@ impl SlabPass {
             interpolating: false,
             field: None,
             table: None,
+            tops: None,
             marked: None,
         }
     }
@@ -131,6 +136,7 @@ impl SlabPass {
     pub(super) fn size_bytes(&self) -> u64 {
         self.field.as_ref().map_or(0, DeviceField::size_bytes)
             + self.table.as_ref().map_or(0, |t| t.sums.size() + t.empty.size())
+            + self.tops.as_ref().map_or(0, |tops| tops.words.size())
             + self.shading_bytes()
     }
 
@@ -156,6 +162,7 @@ impl SlabPass {
     /// Lets go of a volume that is not drawn any more.
     pub(super) fn clear(&mut self) {
         (self.source, self.field, self.table, self.marked) = (None, None, None, None);
+        self.tops = None;
     }
 
     pub(super) fn set_field(
@@ -306,6 +313,17 @@ impl SlabPass {
         if let Some(inside) = looks.inside {
             inside.write(&mut constants, field.level, table.values);
         }
+        let along = looks.variant(false).inside.along;
+        match along {
+            AlongRay::Maximum | AlongRay::Minimum => {
+                let reach = step_reach(view, picture.smallest_spacing, settings);
+                let kept = self.tops.take().filter(|tops| tops.serve(along, reach));
+                let tops = kept.unwrap_or_else(|| Tops::new(context, field, along, reach));
+                constants.tops = tops.in_cells(table);
+                self.tops = Some(tops);
+            }
+            AlongRay::Average | AlongRay::Composite => self.tops = None,
+        }
         context.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&constants));
         let shade = looks.shade.filter(|_| !looks.variant(false).projects());
         match shade {
@@ -409,6 +427,11 @@ impl SlabPass {
         entries.extend(buffers(1, chunks));
         entries.extend([buffer(6, &table.sums), picture_at(7, light), buffer(8, totals)]);
         entries.extend(self.shade.as_ref().map(|shade| buffer(9, shade)));
+        if looks.projects() {
+            // A mean leaps over nothing.
+            let tops = self.tops.as_ref().map_or(&table.empty, |tops| &tops.words);
+            entries.push(buffer(9, tops));
+        }
         let marks = beside.vectors.map(|(vectors, _)| vectors.marks());
         if !looks.projects() {
             entries.extend(beside.polygons.map(|polygons| buffer(14, polygons.words())));

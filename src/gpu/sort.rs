@@ -11,8 +11,9 @@ use super::clock::Timestamps;
 use super::compute::{buffers, dispatch, groups_of};
 use super::context::Context;
 use super::frame::{self, Digit, Pass};
-use super::layout::{self, COUNT_HEADER_WORDS, DIGIT_BITS, DIGITS, SORT_THREADS};
+use super::layout::{self, DIGIT_BITS, DIGITS, SORT_THREADS};
 use super::pipelines::{Pipelines, Program};
+use super::scan::Scan;
 use super::shader;
 
 /// The most keys that are sorted at once.
@@ -29,9 +30,8 @@ const ROUND_STRIDE: u64 = 256;
 pub(super) struct Sorter {
     pub(super) keys: [Growing; 2],
     pub(super) words: [Growing; 2],
-    pub(super) counts: Growing,
     pub(super) rounds: wgpu::Buffer,
-    pub(super) scan: wgpu::Buffer,
+    pub(super) scan: Scan,
     pub(super) totals: wgpu::Buffer,
 }
 
@@ -49,9 +49,8 @@ impl Sorter {
         Self {
             keys: pair("sorted keys"),
             words: pair("sorted words"),
-            counts: Growing::new(context, "digit counts", Usage::STORAGE),
             rounds: uniform("sort", ROUNDS * ROUND_STRIDE),
-            scan: uniform("digit scan", size_of::<layout::Scan>() as u64),
+            scan: Scan::new(context),
             totals: Growing::make(context, "digit totals", Usage::STORAGE, 16),
         }
     }
@@ -69,7 +68,7 @@ impl Sorter {
 
     pub(super) fn size_bytes(&self) -> u64 {
         let sides = self.keys.iter().chain(&self.words).map(|g| g.buffer.size()).sum::<u64>();
-        sides + self.counts.buffer.size()
+        sides + self.scan.size_bytes()
     }
 
     /// Makes ready to sort the first `count` keys, of at most `bits` bits; the passes that do, and
@@ -82,15 +81,12 @@ impl Sorter {
     ) -> Result<(Vec<Pass>, usize), GpuError> {
         let rounds = bits.div_ceil(DIGIT_BITS);
         let threads = count.div_ceil(RUN);
-        let counts = DIGITS * threads;
-        self.counts.reserve(context, 4 * (u64::from(counts) + COUNT_HEADER_WORDS as u64))?;
+        self.scan.prepare(context, DIGITS * threads, u32::MAX, 0)?;
         for round in 0..rounds {
             let settings = layout::Sort { counts: [count, round * DIGIT_BITS, RUN, threads] };
             let offset = u64::from(round) * ROUND_STRIDE;
             context.queue.write_buffer(&self.rounds, offset, bytemuck::bytes_of(&settings));
         }
-        let scan = layout::Scan { counts: [counts, u32::MAX, 0, 0] };
-        context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
         if count < 2 {
             return Ok((Vec::new(), 0));
         }
@@ -105,7 +101,7 @@ impl Sorter {
         pass: Pass,
         clock: Option<&Timestamps>,
     ) {
-        let counts = &self.counts.buffer;
+        let counts = &self.scan.counts.buffer;
         let settings = |digit: Digit| wgpu::BindGroupEntry {
             binding: 0,
             resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
@@ -124,12 +120,9 @@ impl Sorter {
                 vec![side(&self.keys, digit.round), counts.clone()],
                 groups_of(digit.threads, SORT_THREADS),
             ),
-            Pass::ScanDigits => (
-                shader::SCAN_SEGMENTS,
-                None,
-                vec![self.scan.clone(), counts.clone(), self.totals.clone()],
-                [1, 1, 1],
-            ),
+            Pass::ScanDigits => {
+                return self.scan.encode((context, pipelines), encoder, &self.totals, clock);
+            }
             Pass::ScatterDigits(digit) => (
                 shader::SCATTER_DIGITS,
                 Some(settings(digit)),

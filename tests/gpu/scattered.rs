@@ -521,7 +521,7 @@ fn a_cut_is_drawn_by_lists_where_the_scene_says_so() {
     let (lists, names) = passes(&mut drawer, &tiles);
     let expected = [
         "count_entries",
-        "scan_segments",
+        "scan_counts",
         "write_entries",
         "count_digits",
         "scatter_digits",

@@ -89,7 +89,7 @@ fn repeats_are_timed_and_change_nothing() {
     assert!(once.light == often.light && once.rgba == often.rgba, "another picture");
     assert_eq!((once.passes.len(), once.timer), (0, None));
     let names: Vec<&str> = often.passes.iter().map(|p| p.name).collect();
-    assert_eq!(names, ["count_segments", "scan_segments", "emit_kernels", "splat", "present"]);
+    assert_eq!(names, ["count_segments", "scan_counts", "emit_kernels", "splat", "present"]);
     assert!(often.passes.iter().all(|p| p.runs > 0 && p.gpu_ms >= 0.0));
     assert!(often.timer.is_some());
 }

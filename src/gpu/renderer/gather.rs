@@ -61,7 +61,7 @@ impl Renderer {
             Layering::Sheets => rays::check(rays::layers_of_kernels(&constants, true))?,
             Layering::Slabs => rays::check(rays::layers_of_kernels(&constants, false))?,
         }
-        self.write_traversal(view, &(0..0), 0, 0);
+        self.write_traversal(view, &(0..0), 0);
         self.gathering.variant = Some(variant);
         self.gathering.write(&self.context, &constants);
         let pass = Pass::Gather { pass: variant.pass(), tiles: tiles.len() as u32 };

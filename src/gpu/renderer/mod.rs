@@ -29,6 +29,7 @@ use crate::gpu::meshes::MeshTable;
 use crate::gpu::octree::BrickBuffers;
 use crate::gpu::pipelines::{Pipelines, SplatVariant};
 use crate::gpu::polygons::DevicePolygons;
+use crate::gpu::scan::Scan;
 use crate::gpu::scattered::Lists;
 use crate::gpu::shade::Shade;
 use crate::gpu::shaded_samples::ShadedSamples;
@@ -52,14 +53,13 @@ pub struct Renderer {
     timer: Option<Timer>,
     pub(super) frame: wgpu::Buffer,
     pub(super) traversal: wgpu::Buffer,
-    pub(super) scan: wgpu::Buffer,
+    pub(super) scan: Scan,
     pub(super) totals: wgpu::Buffer,
     pub(super) present: wgpu::Buffer,
     /// Of pictures without a field.
     pub(super) tiles: wgpu::Buffer,
     pub(super) records: Growing,
     pub(super) uploads: Growing,
-    pub(super) counts: Growing,
     pub(super) volume: Option<DeviceVolume>,
     pub(super) target: Option<Target>,
     pub(super) variant: SplatVariant,
@@ -114,7 +114,7 @@ impl Renderer {
         Self {
             frame: uniform("frame", size_of::<layout::Frame>()),
             traversal: uniform("traversal", size_of::<layout::Traversal>()),
-            scan: uniform("scan", size_of::<layout::Scan>()),
+            scan: Scan::new(&context),
             present: uniform("present", size_of::<layout::Present>()),
             tiles: Growing::make(
                 &context,
@@ -134,11 +134,6 @@ impl Renderer {
                 Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC,
             ),
             uploads: Growing::new(&context, "uploads", Usage::VERTEX | Usage::COPY_DST),
-            counts: Growing::new(
-                &context,
-                "counts",
-                Usage::STORAGE | Usage::INDIRECT | Usage::COPY_SRC,
-            ),
             slabs: [SlabPass::new(&context), SlabPass::new(&context)],
             slab_field: SlabField::Own,
             slab_settings: SplatSettings::EXACT,
@@ -342,7 +337,7 @@ impl Renderer {
     /// Whether every ray of the picture came to its end so far.
     ///
     /// What rays and polygons walk says so where it was ended. No other pass has loops that may be long: those over
-    /// lists are refused where a kernel touches too many tiles, or a sum has too many counts (`MOST_TURNS`); a thread of
+    /// lists are refused where a kernel touches too many tiles (`MOST_TURNS`); a thread of
     /// `count_segments`, `emit_kernels` and `shade_samples` walks the samples along a brick, with a turn for each light,
     /// table and region; `merge_bricks` the nodes of 8³ voxels; `count_digits` and `scatter_digits` 256 keys.
     ///
@@ -490,7 +485,8 @@ impl Renderer {
                 self.walk_segments(encoder, shader::EMIT_KERNELS, segments, clock);
             }
             Pass::ScanSegments => {
-                self.walk_segments(encoder, shader::SCAN_SEGMENTS, 1, clock);
+                let device = (&self.context, &mut self.pipelines);
+                self.scan.encode(device, encoder, &self.totals, clock);
             }
             Pass::ShadeSamples { bricks } => self.shade_samples(encoder, bricks, clock),
             Pass::Gather { tiles, .. } => self.gather(encoder, tiles, clock),
@@ -530,15 +526,14 @@ impl Renderer {
             v.samples.size_bytes
                 + v.table.as_ref().map_or(0, |t| t.entries.size() + t.visible.size())
         });
-        let between: u64 = [&self.records, &self.uploads, &self.counts]
-            .iter()
-            .map(|g| g.buffer.size())
-            .sum::<u64>()
-            + self.lists.as_ref().map_or(0, Lists::size_bytes)
-            + self.mesh.as_ref().map_or(0, MeshTable::size_bytes)
-            + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes)
-            + self.bricks.as_ref().map_or(0, BrickBuffers::size_bytes)
-            + self.polygon_bytes();
+        let between: u64 =
+            [&self.records, &self.uploads].iter().map(|g| g.buffer.size()).sum::<u64>()
+                + self.scan.size_bytes()
+                + self.lists.as_ref().map_or(0, Lists::size_bytes)
+                + self.mesh.as_ref().map_or(0, MeshTable::size_bytes)
+                + self.vectors.as_ref().map_or(0, DeviceVectors::size_bytes)
+                + self.bricks.as_ref().map_or(0, BrickBuffers::size_bytes)
+                + self.polygon_bytes();
         let slabs: u64 = self.slabs.iter().map(SlabPass::size_bytes).sum();
         target
             + volume

@@ -10,9 +10,7 @@ use crate::gpu::frame::{self, Pass};
 use crate::gpu::layout::{self, GROUP_TILES, LIST_THREADS};
 use crate::gpu::list_plan::{Layers, MOST_LAYER_BITS, Plan, Rectangle, bits_below};
 use crate::gpu::pipelines::{ListVariant, Program};
-use crate::gpu::scattered::{
-    ListTotals, Lists, ListsOf, MOST_TURNS, Scattered, scan_turns, too_many,
-};
+use crate::gpu::scattered::{ListTotals, Lists, ListsOf, MOST_TURNS, Scattered, too_many};
 use crate::gpu::shader;
 use crate::kernel::RadialKernel;
 use crate::scene::{OpacityModel, Order, View, Visibility};
@@ -115,16 +113,12 @@ impl Renderer {
         if plan.key_bits() > u32::BITS - 1 || self.context.ends_loops && turns > MOST_TURNS {
             return Ok(None);
         }
-        if self.context.ends_loops && scan_turns(plan.count + 1) > MOST_TURNS {
-            return Err(GpuError::EndedLoops);
-        }
         let Some(lists) = &mut self.lists else { return Ok(Some(0)) };
         let tiles = u64::from(plan.rectangle.tiles());
         // One more for entries of no tile.
         lists.ranges.reserve(&self.context, 8 * (tiles + 1))?;
         let mut capacity = room.min(lists.sorter.capacity());
-        let scan = layout::Scan { counts: [plan.count + 1, capacity, 0, 0] };
-        self.context.queue.write_buffer(&lists.scan, 0, bytemuck::bytes_of(&scan));
+        lists.scan.prepare(&self.context, plan.count + 1, capacity, 0)?;
         self.context.queue.write_buffer(&lists.totals, 0, &[0; 16]);
         let passes = match lists.of {
             ListsOf::Kernels => frame::list_entries(plan.count),
@@ -190,8 +184,9 @@ impl Renderer {
         let (settings, frame) = (&lists.settings, &self.frame);
         let keys = &lists.sorter.keys[lists.side].buffer;
         let words = &lists.sorter.words[lists.side].buffer;
-        let [counts, bounds, projected, ranges] =
-            [&lists.counts, &lists.bounds, &lists.projected, &lists.ranges].map(|b| &b.buffer);
+        let [bounds, projected, ranges] =
+            [&lists.bounds, &lists.projected, &lists.ranges].map(|b| &b.buffer);
+        let counts = &lists.scan.counts.buffer;
         let totals = &lists.totals;
         let context = &self.context;
         let threads = |n| groups_of(n, LIST_THREADS);
@@ -212,11 +207,10 @@ impl Renderer {
                     threads(splats),
                 )
             }
-            Pass::ScanEntries => (
-                Program::plain(shader::SCAN_SEGMENTS),
-                vec![&lists.scan, counts, totals],
-                [1, 1, 1],
-            ),
+            Pass::ScanEntries => {
+                let device = (context, &mut self.pipelines);
+                return lists.scan.encode(device, encoder, totals, clock);
+            }
             Pass::WriteEntries { records } => {
                 let [keys, words] = [&lists.sorter.keys, &lists.sorter.words].map(|s| &s[0].buffer);
                 (

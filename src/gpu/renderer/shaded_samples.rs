@@ -75,7 +75,7 @@ impl Renderer {
         self.shaded.slots = Some(slots_held);
         (self.shaded.key, self.shaded.is_whole) = (key, false);
         self.shaded.variant = Some(variant);
-        self.write_traversal(view, &(0..0), 0, 0);
+        self.write_traversal(view, &(0..0), 0);
         self.gathering.shading = constants;
         self.note_bytes();
         self.context.check()?;

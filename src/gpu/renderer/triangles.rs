@@ -5,9 +5,8 @@ use crate::gpu::buffers::read_words;
 use crate::gpu::clock::Timestamps;
 use crate::gpu::compute::{bind_group, buffers, dispatch, groups_of, render_pass};
 use crate::gpu::frame::{self, Source};
-use crate::gpu::layout::{self, COUNT_HEADER_WORDS, Record, SEGMENT_THREADS};
+use crate::gpu::layout::{self, Record, SEGMENT_THREADS};
 use crate::gpu::pipelines::Program;
-use crate::gpu::scattered::{MOST_TURNS, scan_turns};
 use crate::gpu::triangles::GridTotals;
 use crate::gpu::{GpuError, shader};
 use crate::kernel::Kernel;
@@ -60,9 +59,6 @@ impl Renderer {
         if segments == 0 || capacity == 0 {
             return Ok(0.0);
         }
-        if self.context.ends_loops && scan_turns(segments) > MOST_TURNS {
-            return Err(GpuError::EndedLoops);
-        }
         let record_bytes = size_of::<Record>() as u64;
         let most = self.context.limits.max_storage_buffer_binding_size / record_bytes * 2 / 3;
         if capacity > most {
@@ -70,11 +66,11 @@ impl Renderer {
         }
         self.variant.one_footprint = view.eye_distance.is_none();
         self.blend_light();
-        self.counts
-            .reserve(&self.context, 4 * (u64::from(segments) + COUNT_HEADER_WORDS as u64))?;
+        let corners = self.corner_count();
+        self.scan.prepare(&self.context, segments, capacity as u32, corners)?;
         self.records.reserve(&self.context, capacity * record_bytes)?;
         self.note_bytes();
-        self.write_traversal(view, &rows, segments, capacity as u32);
+        self.write_traversal(view, &rows, capacity as u32);
         self.run(&frame::grid_piece(segments))
     }
 
@@ -98,13 +94,7 @@ impl Renderer {
         Ok(bytemuck::pod_collect_to_vec(&words))
     }
 
-    pub(super) fn write_traversal(
-        &self,
-        view: &View,
-        rows: &Range<u32>,
-        segments: u32,
-        capacity: u32,
-    ) {
+    pub(super) fn write_traversal(&self, view: &View, rows: &Range<u32>, capacity: u32) {
         let Some(volume) = &self.volume else { return };
         let Some(table) = &volume.table else { return };
         let [x, y, z] = volume.source.lattice.dims.map(|n| n as u32);
@@ -120,8 +110,6 @@ impl Renderer {
             table: table.span,
         };
         self.context.queue.write_buffer(&self.traversal, 0, bytemuck::bytes_of(&constants));
-        let scan = layout::Scan { counts: [segments, capacity, self.corner_count(), 0] };
-        self.context.queue.write_buffer(&self.scan, 0, bytemuck::bytes_of(&scan));
     }
 
     pub(super) fn walk_segments(
@@ -133,17 +121,13 @@ impl Renderer {
     ) {
         let pipeline = self.pipelines.compute(&self.context, &Program::plain(shader));
         let mut bound: Vec<&wgpu::Buffer> = Vec::new();
-        if shader.name == shader::SCAN_SEGMENTS.name {
-            bound.extend([&self.scan, &self.counts.buffer, &self.totals]);
-        } else {
-            let Some(volume) = &self.volume else { return };
-            let Some(table) = &volume.table else { return };
-            bound.push(&self.traversal);
-            bound.extend(volume.samples.bound());
-            bound.extend([&table.entries, &table.visible, &self.counts.buffer]);
-            if shader.name == shader::EMIT_KERNELS.name {
-                bound.push(&self.records.buffer);
-            }
+        let Some(volume) = &self.volume else { return };
+        let Some(table) = &volume.table else { return };
+        bound.push(&self.traversal);
+        bound.extend(volume.samples.bound());
+        bound.extend([&table.entries, &table.visible, &self.scan.counts.buffer]);
+        if shader.name == shader::EMIT_KERNELS.name {
+            bound.push(&self.records.buffer);
         }
         let entries: Vec<_> = buffers(0, bound).collect();
         let groups = groups_of(threads, SEGMENT_THREADS);
@@ -177,8 +161,8 @@ impl Renderer {
             Source::Emitted => {
                 render.set_vertex_buffer(0, self.records.buffer.slice(..));
                 match mesh {
-                    Some(_) => render.draw_indexed_indirect(&self.counts.buffer, 0),
-                    None => render.draw_indirect(&self.counts.buffer, 0),
+                    Some(_) => render.draw_indexed_indirect(&self.scan.counts.buffer, 0),
+                    None => render.draw_indirect(&self.scan.counts.buffer, 0),
                 }
             }
             Source::Uploaded(records) => {
