@@ -18,7 +18,7 @@ const EXACT: Within = Within { max_abs: 2.5e-3, rmse: 8e-5, bias: 6e-6 };
 const FINE: Within = Within { max_abs: 2e-4, rmse: 2e-5, bias: 4e-6 };
 
 fn within(kernel: Kernel) -> Within {
-    if kernel == Kernel::Cubic { EXACT } else { FINE }
+    if kernel == Kernel::Cubic { EXACT } else { FINE }.of_triangles()
 }
 
 const DIMS: [usize; 3] = [9, 8, 10];

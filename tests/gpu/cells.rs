@@ -14,7 +14,7 @@ use voxsplat::task::still::{Refine, StillRequest};
 use voxsplat::volume::Lattice;
 
 use crate::engine::{Bench, large, rest, small};
-use crate::support::{SIZE, drawer, drawn, in_perspective, scene, volume_of, wide};
+use crate::support::{SIZE, Within, drawer, drawn, fault, in_perspective, scene, volume_of, wide};
 
 fn cells_of(bench: &Bench) -> Arc<FoundCells> {
     let start = Instant::now();
@@ -78,10 +78,11 @@ fn the_cells_that_are_published_are_the_cut_that_is_drawn() {
                 .begin(&view, splat.kernel, splat.extent, unit)
                 .expect("it begins");
             drawer.engines.gpu().expect("a device").draw_records(&records).expect("it draws");
-            assert!(
-                wide(&drawer.engines.gpu().expect("a device").read_light().expect("it reads back"))
-                    == cut
-            );
+            let by_hand = drawer.engines.gpu().expect("a device").read_light().expect("read back");
+            // Cells are the host's; a device that built its own octree rounded otherwise.
+            let within = if voxsplat::gpu::has_hardware() { 1e-4 } else { 0.0 };
+            let within = Within { max_abs: within, rmse: within, bias: within };
+            assert_eq!(fault(&wide(&by_hand), &cut, within), None);
 
             let mut covered = vec![0_u32; lattice.len()];
             for cell in &cells.cells {

@@ -524,7 +524,9 @@ fn doubling_slabs_stops_for_the_hand() {
     });
     println!("measured answer after {:?}", asked.elapsed());
     let levels: Vec<_> = pictures.iter().map(|p| p.report.level).collect();
-    assert!(levels.iter().all(LevelOfDetail::is_coarse), "{levels:?}");
+    // A quick device has doubled them before the hand comes.
+    let done = usize::from(voxsplat::gpu::has_hardware() && !levels[0].is_coarse());
+    assert!(levels[done..].iter().all(LevelOfDetail::is_coarse), "{levels:?}");
 }
 
 #[test]

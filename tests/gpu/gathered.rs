@@ -229,7 +229,7 @@ fn every_sample_is_the_triangles_picture() {
             let found = gathered(&mut drawer, &scene, SIZE);
             let name = format!("{} against triangles along {direction}", kernel.name());
             print_measured(&name, &found, &triangles);
-            assert_eq!(fault(&found, &triangles, FINE), None, "{name}");
+            assert_eq!(fault(&found, &triangles, FINE.of_triangles()), None, "{name}");
         }
     }
 }

@@ -21,7 +21,7 @@ fn greatest_difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Seen from behind, left and right change places and every order turns round; alpha does not.
-/// Measured: 1.3e-6; boxes 1.0e-5, at pixels that just touch one.
+/// Measured: 1.3e-6; boxes 1.0e-5, at pixels that just touch one; on an H100 2.8e-4.
 #[test]
 fn alpha_does_not_depend_on_the_order() {
     let Some(mut drawer) = drawer() else { return };
@@ -36,7 +36,12 @@ fn alpha_does_not_depend_on_the_order() {
             behind.chunks(SIZE[0] as usize).flat_map(|row| row.iter().rev().copied()).collect();
         let difference = greatest_difference(&alpha(&seen), &alpha(&mirrored));
         println!("measured alpha seen from behind, {}: {difference:.2e}", kernel.name());
-        assert!(difference < if kernel == Kernel::Nearest { 3e-5 } else { 5e-6 }, "{difference:e}");
+        let limit = match kernel {
+            _ if voxsplat::gpu::has_hardware() => 1.5e-3,
+            Kernel::Nearest => 3e-5,
+            _ => 5e-6,
+        };
+        assert!(difference < limit, "{difference:e}");
         let colours = Difference::between(&seen, &mirrored).expect("comparable");
         assert!(colours.rmse > 0.01, "colours do depend on it: {colours:?}");
     }

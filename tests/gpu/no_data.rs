@@ -126,7 +126,7 @@ fn shaded_first_no_data_is_a_sample_like_any_other() {
         let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
         print_measured(&format!("shaded first {}", kernel.name()), &found, &expected);
         // Measured: max 2.5e-4, rmse 3.4e-5, bias 1.4e-6.
-        let within = Within { max_abs: 1e-3, rmse: 8e-5, bias: 6e-6 };
+        let within = Within { max_abs: 1e-3, rmse: 8e-5, bias: 6e-6 }.of_triangles();
         assert_eq!(fault(&found, &expected, within), None, "{}", kernel.name());
         let mut without = scene.clone();
         transfer_of(&mut without).no_data = NoData::default();

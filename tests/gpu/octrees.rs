@@ -16,8 +16,8 @@ use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
 use crate::engine::{Bench, rest};
 use crate::support::{
-    ON_HOST, context, drawn, noise, random, scene, volume, volume_of, wide, with_field,
-    with_transfer,
+    ON_HOST, Within, context, drawn, fault, noise, random, scene, volume, volume_of, wide,
+    with_field, with_transfer,
 };
 
 const ON_DEVICE: Wishes = Wishes { octrees: Some(OctreeBuilder::Device), ..ON_HOST };
@@ -350,8 +350,15 @@ fn quick_pictures_of_cuts_are_thinned() {
         drawer.engines.gpu().expect("a device").draw_records(&records).expect("drawn");
         wide(&drawer.engines.gpu().expect("a device").read_light().expect("read"))
     };
-    assert!(by_hand(factor) == found, "another picture than its cut, thinned");
-    assert!(by_hand(1.0) != found);
+    // A device that built its own octree rounded otherwise than the host's pyramid.
+    let within = if voxsplat::gpu::has_hardware() { 1e-4 } else { 0.0 };
+    let within = Within { max_abs: within, rmse: within, bias: within };
+    assert_eq!(
+        fault(&by_hand(factor), &found, within),
+        None,
+        "another picture than its cut, thinned"
+    );
+    assert!(fault(&by_hand(1.0), &found, within).is_some());
 }
 
 /// Of noise, more voxels can show than are classified at once before a quick picture.

@@ -150,7 +150,8 @@ fn every_sample_is_the_references_picture_and_the_triangles() {
                 if kernel != Kernel::Nearest || base.camera.eye_distance().is_none() {
                     assert_eq!(fault(&found, &expected, EXACT), None, "{name}");
                 }
-                assert_eq!(fault(&found, &raster, ROUNDING), None, "{name}, to triangles");
+                let within = ROUNDING.of_triangles();
+                assert_eq!(fault(&found, &raster, within), None, "{name}, to triangles");
             }
         }
         let backwards: Vec<Record> = records.iter().rev().copied().collect();
@@ -529,8 +530,8 @@ fn a_cut_is_drawn_by_lists_where_the_scene_says_so() {
         "composite_lists",
     ];
     assert_eq!(names, expected);
-    assert_eq!(fault(&lists, &raster, ROUNDING), None);
+    assert_eq!(fault(&lists, &raster, ROUNDING.of_triangles()), None);
     let (slabs, names) = passes(&mut drawer, &in_slabs(&base, 1.0, Order::FrontToBack));
     assert_eq!(names, expected);
-    assert!(fault(&slabs, &raster, ROUNDING).is_some(), "slabs are another picture");
+    assert!(fault(&slabs, &raster, ROUNDING.of_triangles()).is_some(), "slabs are another picture");
 }

@@ -114,7 +114,9 @@ fn the_shader_widens_thin_kernels_as_the_host_does() {
     let difference =
         grid.iter().zip(&records).map(|(a, b)| (a[3] - b[3]).abs()).fold(0.0, f64::max);
     println!("measured alpha of thin plates by either path: {difference:.2e}");
-    assert!(grid.iter().any(|p| p[3] > 0.1) && difference < 1e-4, "{difference:e}");
+    // On an H100 2.9e-3: corners snap to 1/256 of a pixel.
+    let limit = if voxsplat::gpu::has_hardware() { 6e-3 } else { 1e-4 };
+    assert!(grid.iter().any(|p| p[3] > 0.1) && difference < limit, "{difference:e}");
 }
 
 /// Opaque voxels, all of a lattice or a ball in it.
