@@ -9,8 +9,10 @@ use crate::gpu::marks::{
 use crate::hierarchy::{EMPTY_BRICK, specks};
 use crate::scene::{MOST_RAYS, SplatSettings, View};
 
-/// Rays along the side of a marked pixel, at most, where threads are many.
-const MOST_SIDE_OF_GPUS: u32 = 3;
+/// Samples that all rays of a marked pixel pass, at most, where threads are many. One thread walks all of them. A processor,
+/// which ends loops, draws other pixels meanwhile; a GPU has long drawn all others. 8 × 8 rays through 1024³ samples took
+/// 45 ms of an H200, all of the picture 31.
+const MOST_STEPS_OF_GPUS: f64 = 10_000.0;
 
 impl SlabPass {
     /// Marks the pixels of a smaller picture in which rays would miss small things: they get rays half a
@@ -34,14 +36,16 @@ impl SlabPass {
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
         let [wanted, apart] = [side, apart].map(|n| n.ceil().clamp(1.0, MOST_RAYS) as u32);
-        // One thread walks all rays of a pixel. A processor, which ends loops, draws other pixels meanwhile; a GPU has
-        // long drawn all others. 8 × 8 rays through 1024³ samples took 45 ms of an H200, all of the picture 31.
-        let wanted = if context.ends_loops { wanted } else { wanted.min(MOST_SIDE_OF_GPUS) };
+        let (Some(field), Some(table)) = (&self.field, &mut self.table) else { return 0 };
+        let longest = field.dims.into_iter().max().unwrap_or(1) as f64;
+        let wanted = match context.ends_loops {
+            true => wanted,
+            false => wanted.min((MOST_STEPS_OF_GPUS / longest).sqrt().max(2.0) as u32),
+        };
         let wanted = if are_means { wanted.max(2) } else { wanted };
         if apart > wanted {
             return 0;
         }
-        let (Some(field), Some(table)) = (&self.field, &mut self.table) else { return 0 };
         // A voxel of tents shows in two bricks along each axis, one of splines that are sharpened in up to
         // four, and so does what is a little wider.
         let plate = 2 * field.pad + (apart as usize).div_ceil(EMPTY_BRICK);
