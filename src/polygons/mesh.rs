@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::doubles::are_first;
 use crate::core::Srgb8;
 
 /// Triangles in world space. Positions are finite and every index is that of a position: only
@@ -166,9 +167,42 @@ impl Mesh {
         Ok(Self { arrays, ..self })
     }
 
+    /// The same without the triangles that lie exactly on others, of which the first stays; and how many these were. Nobody
+    /// sees them but by the time that they take.
+    pub fn without_doubles(self) -> (Self, usize) {
+        let is_first = are_first(&self.positions, &self.triangles);
+        let doubles = is_first.iter().filter(|is_first| !**is_first).count();
+        if doubles == 0 {
+            return (self, 0);
+        }
+        let firsts = || is_first.iter().copied();
+        let kept = |array: MeshArray| {
+            let values = match array.values {
+                MeshValues::Triangles(values) => MeshValues::Triangles(
+                    values
+                        .into_iter()
+                        .zip(firsts())
+                        .filter_map(|(v, first)| first.then_some(v))
+                        .collect(),
+                ),
+                corners => corners,
+            };
+            MeshArray { values, ..array }
+        };
+        let triangles = self.triangles.iter().zip(firsts());
+        let triangles = triangles.filter_map(|(t, first)| first.then_some(*t)).collect();
+        let arrays = self.arrays.into_iter().map(kept).collect();
+        (Self { triangles, arrays, ..self }, doubles)
+    }
+
     /// Numbers on it.
     pub fn arrays(&self) -> &[MeshArray] {
         &self.arrays
+    }
+
+    /// Whether numbers of this name are on it.
+    pub fn has_array(&self, name: &str) -> bool {
+        self.arrays.iter().any(|array| array.name == name)
     }
 
     /// The numbers of an array at the corners of each triangle, in the order of [`Mesh::triangles`]; NaN where there is no
@@ -333,6 +367,23 @@ mod tests {
         }
         let none = array(MeshValues::Triangles(vec![f32::NAN, f32::INFINITY]));
         assert_eq!(two().with_arrays(none).unwrap().arrays()[0].range(), None);
+    }
+
+    #[test]
+    fn of_triangles_that_lie_on_one_another_the_first_stays() {
+        let mut positions = corners();
+        // Another number of the place of corner 0.
+        positions.push(-Vec3::ZERO);
+        let triangles = vec![[0, 1, 2], [0, 1, 3], [2, 4, 1], [1, 2, 0], [1, 2, 3]];
+        let mesh = Mesh::new("", positions, Vec::new(), Vec::new(), triangles).unwrap();
+        let values = MeshValues::Triangles(vec![0.0, 1.0, 2.0, 3.0, 4.0]);
+        let mesh = mesh.with_arrays(vec![MeshArray { name: "T".into(), values }]).unwrap();
+        let (mesh, doubles) = mesh.without_doubles();
+        assert_eq!((mesh.len(), doubles), (3, 2));
+        let left: Vec<f32> = mesh.values(0).map(|values| values[0]).collect();
+        assert_eq!(left, [0.0, 1.0, 4.0]);
+        let again = mesh.clone().without_doubles();
+        assert_eq!(again, (mesh, 0));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! drawing. Imports `core`.
 //! Read by `vector`, `io`, `scene`, `reference`, `gpu`, `task`, `app` and `cli`.
 
+mod doubles;
 mod mesh;
 mod nets;
 mod shapes;

@@ -138,6 +138,11 @@ impl FirstLook {
         let lighting = is_lit.then(Lighting::first_look);
         Self { transfer, lighting, splat, view }
     }
+
+    /// The same of a file that is a surface, whose shape its light tells, whatever its numbers are like.
+    pub fn of_surface(self) -> Self {
+        Self { lighting: Some(Lighting::first_look()), ..self }
+    }
 }
 
 /// From where a volume is seen first: a few slices from the side that shows them, and of patients from the feet, as

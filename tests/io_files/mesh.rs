@@ -169,6 +169,10 @@ fn what_is_wrong_is_said_in_one_sentence() {
     let line = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n";
     let opened = read("a.obj", line.as_bytes()).unwrap();
     assert_eq!(opened.warnings, ["1 of 2 triangles have no area and are not drawn"]);
+    let doubled = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nf 1 2 3\nf 3 2 4\nf 2 1 3\n";
+    let opened = read("a.obj", doubled.as_bytes()).unwrap();
+    let said = "2 of 3 triangles lie exactly on others and are left out";
+    assert_eq!((opened.mesh.len(), &opened.warnings[..]), (1, &[said.to_owned()][..]));
 }
 
 #[test]
@@ -236,8 +240,13 @@ fn surface(name: &str, bytes: &[u8], field: Option<&str>) -> (Option<Mesh>, Vec<
     let opened = voxsplat::io::open(&path, &OpenOptions::default(), &ticket).expect("a file");
     let field = opened.grid.field(field).expect("a field");
     let drawn = (field, Component::usual(field.components));
-    let mesh = surface_of(&path, &opened.grid, drawn, &ticket).expect("a surface");
-    (mesh, opened.warnings)
+    let told = &opened.warnings;
+    let surface = surface_of(&path, &opened.grid, drawn, told, &ticket).expect("a surface");
+    let more = surface.iter().flat_map(|surface| surface.warnings.clone());
+    (
+        surface.as_ref().map(|surface| surface.mesh.clone()),
+        told.iter().cloned().chain(more).collect(),
+    )
 }
 
 fn array<'a>(mesh: &'a Mesh, name: &str) -> &'a MeshValues {
@@ -276,6 +285,19 @@ fn files_of_polygons_alone_are_surfaces_with_their_numbers_on_them() {
     let bare = SURFACE.split("CELL_DATA").next().expect("a head");
     let (mesh, _) = surface("a.vtk", bare.as_bytes(), None);
     assert!(mesh.expect("a surface").arrays().is_empty());
+}
+
+#[test]
+fn polygons_that_lie_exactly_on_others_are_left_out_and_told_of() {
+    let twice =
+        SURFACE.replace("POLYGONS 3 13\n3 0 1 4\n3 0 4 3", "POLYGONS 3 13\n3 0 1 4\n3 4 1 0");
+    let (mesh, said) = surface("a.vtk", twice.as_bytes(), Some("heat"));
+    let mesh = mesh.expect("a surface");
+    assert_eq!(
+        (mesh.len(), &said[..]),
+        (3, &["1 of 4 triangles lie exactly on others and are left out".to_owned()][..])
+    );
+    assert_eq!(*array(&mesh, "load"), MeshValues::Triangles(vec![10.0, 30.0, 30.0]));
 }
 
 #[test]

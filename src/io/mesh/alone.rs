@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use super::super::error::{Problem, ReadError};
 use super::super::unstructured::{self, Part, field_of, kind};
 use super::super::{Format, OpenOptions, Opened};
-use super::{MeshFormat, OpenedMesh, Parts, no_mesh, parts_of};
+use super::{MeshFormat, OpenedMesh, Parts, no_mesh, parts_of, without_doubles};
 use crate::cells::Listing;
 use crate::core::progress::Ticket;
 use crate::polygons::{Mesh, MeshArray, MeshError, MeshValues};
@@ -68,12 +68,13 @@ pub(super) fn of_cells(
         Unmade::Volume(error) => Problem::from(error),
     })?;
     let is_told = |warning: &String| !warning.contains(unstructured::EMBED_THEM);
-    let warnings = opened.warnings.into_iter().filter(is_told).collect();
+    let mut warnings = opened.warnings.into_iter().filter(is_told).collect();
+    let mesh = without_doubles(mesh, &mut warnings);
     Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings }))
 }
 
 /// The polygons of a file that has no cell with volume, with its fields as numbers on them ([`array_name`]), that which is drawn
-/// among them; `None` of other files.
+/// among them; `None` of other files. What was told of the file already is not told again.
 ///
 /// # Errors
 /// Too little memory; cancelled; a file that changed since it was opened.
@@ -81,8 +82,9 @@ pub fn surface_of(
     path: &Path,
     grid: &Grid,
     drawn: (&Field, Component),
+    told: &[String],
     ticket: &Ticket,
-) -> Result<Option<Mesh>, ReadError> {
+) -> Result<Option<OpenedMesh>, ReadError> {
     match &grid.shape {
         Shape::Unstructured(cells) if cells.is_surface() => {}
         _ => return Ok(None),
@@ -91,14 +93,22 @@ pub fn surface_of(
         // It may have normals and colours, too, which grids have not. What has corners that lie nowhere is no mesh, and
         // a grid without them.
         match super::open(path, None, ticket) {
-            Ok(opened) => return Ok(Some(opened.mesh)),
+            Ok(mut opened) => {
+                opened.warnings.retain(|warning| !told.contains(warning));
+                return Ok(Some(opened));
+            }
             Err(error) if error.is_cancelled() => return Err(error),
             Err(_) => {}
         }
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     match mesh_of(grid, &name, Some(drawn), ticket) {
-        Ok(mesh) => Ok(Some(mesh)),
+        Ok(mesh) => {
+            let mut warnings = Vec::new();
+            let mesh = without_doubles(mesh, &mut warnings);
+            warnings.retain(|warning| !told.contains(warning));
+            Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings }))
+        }
         // All of its polygons are of points that lie nowhere.
         Err(Unmade::Mesh(_)) => Ok(None),
         Err(Unmade::Volume(error)) => Err(Problem::from(error).at(path)),

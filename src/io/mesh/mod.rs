@@ -109,6 +109,7 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
     let mesh = Mesh::of_places(name, &positions, normals, colours, triangles)
         .and_then(|mesh| mesh.with_arrays(arrays))
         .map_err(no_mesh)?;
+    let mesh = without_doubles(mesh, &mut warnings);
     let degenerate = mesh.degenerate();
     if degenerate > 0 {
         warnings.push(format!(
@@ -117,6 +118,17 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
         ));
     }
     Ok(OpenedMesh { mesh, path: path.to_owned(), warnings })
+}
+
+/// Leaves out triangles that lie exactly on others, and says so.
+fn without_doubles(mesh: Mesh, warnings: &mut Vec<String>) -> Mesh {
+    let all = mesh.len();
+    let (mesh, doubles) = mesh.without_doubles();
+    if doubles > 0 {
+        warnings
+            .push(format!("{doubles} of {all} triangles lie exactly on others and are left out"));
+    }
+    mesh
 }
 
 /// What a file of triangles holds, and what was ignored of it.
