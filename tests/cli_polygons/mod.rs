@@ -192,6 +192,15 @@ fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
     assert!(above[0] > below[0] + 30.0, "{above:?} {below:?}");
     let turned = draw(&["--colormap", "inferno", "--color-range", "10,0"]).expect("drawn");
     assert!(turned[1][0] > turned[0][0] + 30.0, "{turned:?}");
+    // Cut, half of it is left.
+    draw(&["--clip-plane", "0,0,0,0,1,0"]).expect("cut");
+    let lit = |image: &image::RgbImage| image.pixels().filter(|p| p.0 != [0; 3]).count();
+    let cut = lit(&image::open(&picture).expect("a picture").to_rgb8());
+    draw(&[]).expect("drawn");
+    let whole = lit(&image::open(&picture).expect("a picture").to_rgb8());
+    assert!(whole > 200 && (whole / 2).abs_diff(cut) < whole / 20, "{cut} of {whole}");
+    let refused = draw(&["--slice", "x=50%"]).expect_err("it has no values between");
+    assert!(refused.contains("expected no slices where the field is not drawn"), "{refused}");
     // Its points where they are asked for.
     let points = draw(&["--kernel", "ellipsoids"]).expect("drawn");
     assert_ne!(points, draw(&[]).expect("drawn"));
