@@ -208,8 +208,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
     let (source, volume) = scalar(input, flags.field.as_deref(), flags.component)?;
     let space = input.grid.space.as_deref();
     let orientation = Orientation::of(space).with_up(flags.camera_up_axis);
-    let asks_for_points = mode.is_asked_for || flags.opacity.is_some() || flags.transfer.is_some();
-    let surface = if asks_for_points { None } else { surface::of(input, flags)? };
+    let surface = if mode.draws_points { None } else { surface::of(input, flags)? };
     let look = FirstLook::of(&volume, space);
     let look = if surface.is_some() { look.of_surface() } else { look };
     let mut opening = scene::seen_first(source, Arc::clone(&volume), look, space);
@@ -264,6 +263,8 @@ pub(super) struct Mode {
     first: Option<&'static str>,
     /// Whether any of them says how a field is drawn; else that is up to the first look.
     is_asked_for: bool,
+    /// Whether a file that is a surface is drawn as its points.
+    draws_points: bool,
 }
 
 impl Mode {
@@ -278,7 +279,13 @@ impl Mode {
             names_kernel: flags.kernel.is_some(),
             first: flags.of_field(),
             is_asked_for,
+            draws_points: is_asked_for,
         }
+    }
+
+    /// The same where isosurfaces may be asked for, which only some modes have.
+    pub(super) fn with_levels(self, are_asked_for: bool) -> Self {
+        Self { is_asked_for: self.is_asked_for || are_asked_for, ..self }
     }
 
     fn beside(self, first_look: SplatSettings) -> SplatSettings {

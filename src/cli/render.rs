@@ -254,8 +254,8 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     } else {
         Background::Colour(flags.background.unwrap_or(BLACK))
     };
-    let is_asked_for = flags.mode.are_given() || flags.inside.asks_for_levels();
-    let mode = open::Mode::of(&flags.mode, splat, is_asked_for);
+    let mode = open::Mode::of(&flags.mode, splat, flags.mode.are_given());
+    let mode = mode.with_levels(flags.inside.asks_for_levels());
     let mut scene = Scene { background, ..open::scene(&input, &flags.scene, mode)? };
     let is_cut = flags.max_error.is_some() || scene.splat.classify == Classify::Before;
     if flags.refine == Some(RefineFlag::Coarse) && is_cut {

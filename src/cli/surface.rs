@@ -18,8 +18,19 @@ pub(super) fn of(input: &Input, flags: &SceneFlags) -> Result<Option<Mesh>, Fail
     let opened =
         io::mesh::surface_of(&input.path, &input.grid, drawn, &input.warnings, &Ticket::new());
     let Some(opened) = opened.map_err(Failure::failed)? else { return Ok(None) };
+    refuse_opacities(flags)?;
     opened.warnings.iter().for_each(|warning| note(warning));
     Ok(Some(opened.mesh))
+}
+
+/// Refuses what says how much of each value is seen, which surfaces show whole.
+fn refuse_opacities(flags: &SceneFlags) -> Result<(), Failure> {
+    let given = [(flags.opacity.is_some(), "--opacity"), (flags.transfer.is_some(), "--transfer")];
+    let Some((_, flag)) = given.into_iter().find(|(is_given, _)| *is_given) else { return Ok(()) };
+    Err(Failure::Usage(format!(
+        "expected a field of values with {flag}, found a surface by itself, which has no opacities by value; add --kernel \
+         ellipsoids, which draws its points, or leave {flag} out"
+    )))
 }
 
 /// Shows them in place of the field, from the same side.

@@ -119,7 +119,8 @@ impl std::fmt::Display for Refusal {
                  the two out",
                 match self.part {
                     Effect::Clip => "vectors by themselves are drawn whole",
-                    _ => "that is of its values",
+                    _ =>
+                        "that is of its values (a surface by itself has some at its points: --kernel ellipsoids)",
                 }
             ),
         }

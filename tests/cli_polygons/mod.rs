@@ -201,6 +201,15 @@ fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
     assert!(whole > 200 && (whole / 2).abs_diff(cut) < whole / 20, "{cut} of {whole}");
     let refused = draw(&["--slice", "x=50%"]).expect_err("it has no values between");
     assert!(refused.contains("expected no slices where the field is not drawn"), "{refused}");
+    let refused = draw(&["--iso", "5"]).expect_err("it has no levels");
+    assert!(
+        refused.contains("expected no isosurfaces where")
+            && refused.contains("--kernel ellipsoids"),
+        "{refused}"
+    );
+    let refused = draw(&["--opacity", "0:0,10:1"]).expect_err("it has no opacities by value");
+    assert!(refused.contains("with --opacity, found a surface by itself"), "{refused}");
+    draw(&["--iso", "5", "--kernel", "ellipsoids"]).expect("points have them");
     // Its points where they are asked for.
     let points = draw(&["--kernel", "ellipsoids"]).expect("drawn");
     assert_ne!(points, draw(&[]).expect("drawn"));
