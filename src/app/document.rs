@@ -247,8 +247,9 @@ pub struct Document {
     pub volume: Arc<ScalarVolume>,
     /// What is first seen of it.
     pub first_look: FirstLook,
-    /// Its polygons, where it has nothing else, and what the drawn field is called among the numbers on them.
-    pub surface: Option<(Arc<Mesh>, String)>,
+    /// Its polygons, where it has nothing else, or its points in their own colours, and what the drawn field is called among the
+    /// numbers on them; `None` where it is their colours.
+    pub surface: Option<(Arc<Mesh>, Option<String>)>,
     /// The vectors that it opens with: of its first field, where that has three components, or of a demo's wind.
     pub vectors: Option<Arc<VectorField>>,
     /// Whether they flow from the start.
@@ -281,7 +282,7 @@ fn surface_of(
     (field, component): (&Field, Component),
     warnings: &mut Vec<String>,
     ticket: &Ticket,
-) -> Result<Option<(Arc<Mesh>, String)>, ReadFailure> {
+) -> Result<Option<(Arc<Mesh>, Option<String>)>, ReadFailure> {
     let Some(path) = source.path() else { return Ok(None) };
     let opened = mesh::surface_of(path, grid, (field, component), warnings, ticket);
     let opened = opened.map_err(|error| match error.is_cancelled() {
@@ -290,7 +291,7 @@ fn surface_of(
     })?;
     let Some(opened) = opened else { return Ok(None) };
     warnings.extend(opened.warnings);
-    Ok(Some((Arc::new(opened.mesh), mesh::array_name(field, component))))
+    Ok(Some((Arc::new(opened.mesh), mesh::drawn_name(field, component))))
 }
 
 impl Document {
@@ -400,10 +401,12 @@ impl Document {
         let volume = self.grid.scalar(chosen, component, ticket)?;
         let first_look = library.first_look(&volume, self.grid.space.as_deref());
         let mut warnings = self.warnings.clone();
-        let name = mesh::array_name(chosen, component);
+        let name = mesh::drawn_name(chosen, component);
         let surface = match &self.surface {
             // Its numbers lie on the polygons already.
-            Some((mesh, _)) if mesh.has_array(&name) => Some((Arc::clone(mesh), name)),
+            Some((mesh, _)) if name.as_ref().is_some_and(|name| mesh.has_array(name)) => {
+                Some((Arc::clone(mesh), name))
+            }
             Some(_) => {
                 let drawn = (chosen, component);
                 surface_of(&self.source, &self.grid, drawn, &mut warnings, ticket)?

@@ -44,13 +44,15 @@ pub(super) fn show(scene: &mut Scene, input: &Input, mesh: Mesh) {
 /// Gives them the colours of the field.
 pub(super) fn colour(scene: &mut Scene, input: &Input, flags: &SceneFlags) -> Result<(), Failure> {
     let (field, component) = drawn(input, flags)?;
-    let name = io::mesh::array_name(field, component);
+    let name = io::mesh::drawn_name(field, component);
     let map = match scene.transfer().map(|transfer| &transfer.colour) {
         Some(ColourSource::Map { map, .. }) => *map,
         _ => ColourMap::Viridis,
     };
     let own = scene.polygons().into_iter().next();
-    let of = |own: PolygonLayer| PolygonLayer::of_surface(own.mesh, &name, map, flags.color_range);
+    let of = |own: PolygonLayer| {
+        PolygonLayer::of_surface(own.mesh, name.as_deref(), map, flags.color_range)
+    };
     let look = own.map(|own| of(own).look);
     for layer in &mut scene.layers {
         if let (Look::Polygons(old), Some(look)) = (&mut layer.look, look) {

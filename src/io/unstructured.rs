@@ -14,7 +14,7 @@ use crate::core::counted;
 use crate::core::memory::{self, TooLarge};
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
 
-pub(super) use told::EMBED_THEM;
+pub(super) use told::{EMBED_THEM, holds_colours};
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
 pub(super) mod kind {
@@ -507,7 +507,7 @@ pub(super) fn grid(
         warnings.extend(told::nowhere(&listing));
         warnings.extend(told::coincident(&listing.points));
     }
-    told::looks_last(&mut fields);
+    told::in_order(&mut fields);
     axes::activate(&mut fields, active);
     if fields.is_empty() {
         // Vertices, or no cells at all: what points have themselves is how dense they lie.

@@ -8,7 +8,9 @@ mod doubles;
 mod mesh;
 mod nets;
 mod shapes;
+mod soft;
 
 pub use mesh::{Mesh, MeshArray, MeshError, MeshValues, Triangle};
 pub use nets::{NOTHING, Nets, Surface};
 pub use shapes::Shapes;
+pub use soft::SOFT_DEGREES;

@@ -78,6 +78,27 @@ impl Encoding {
     }
 }
 
+/// How far points lie from those next to them: the median distance of the fourth nearest at another place, of some of many. 1
+/// of a point alone.
+pub fn next_distance(points: &[DVec3]) -> f64 {
+    const FOURTH: usize = 4;
+    const MOST: usize = 2000;
+    let unique = merged(points.iter().map(|at| (*at, 0.0)));
+    let places = unique.iter().map(|(at, _)| Place::new(at.to_array(), 0)).collect();
+    let tree = RTree::bulk_load(places);
+    let every = unique.len().div_ceil(MOST).max(1);
+    let far = |(at, _): &(DVec3, f64)| {
+        let near = tree.nearest_neighbor_iter(at.to_array()).skip(1).take(FOURTH).last();
+        near.map(|place| DVec3::from(*place.geom()).distance(*at))
+    };
+    let mut all: Vec<f64> = unique.iter().step_by(every).filter_map(far).collect();
+    let middle = all.len() / 2;
+    match all.is_empty() {
+        true => 1.0,
+        false => *all.select_nth_unstable_by(middle, f64::total_cmp).1,
+    }
+}
+
 /// The decimal logarithm of how many points there are to a unit of volume about each: of a ball that its 18 nearest fill;
 /// those at its own place count for nothing. NaN of points that are not finite; 0 of one alone.
 pub fn log_densities(points: &[DVec3]) -> Vec<f64> {

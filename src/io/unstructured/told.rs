@@ -25,13 +25,22 @@ pub(super) fn are_surface(types: &[u8]) -> bool {
     types.iter().any(|kind| is_flat(*kind)) && !has_solids(types)
 }
 
-/// Puts arrays behind others that say how a surface is lit or where pictures lie on it, which is not what it is about.
-pub(super) fn looks_last(fields: &mut [Field]) {
-    let is_of_looks = |field: &Field| {
+/// Puts arrays behind others that say how a surface is lit or where pictures lie on it, which is not what it is about; and colours
+/// before others.
+pub(super) fn in_order(fields: &mut [Field]) {
+    let rank = |field: &Field| {
         let name = field.name.to_lowercase();
-        ["normals", "tcoords", "texture coordinates", "texcoords"].contains(&name.as_str())
+        match ["normals", "tcoords", "texture coordinates", "texcoords"].contains(&name.as_str()) {
+            true => 2,
+            false => u8::from(!holds_colours(field)),
+        }
     };
-    fields.sort_by_key(is_of_looks);
+    fields.sort_by_key(rank);
+}
+
+/// Whether an array is of colours: three or four bytes, as VTK takes them for.
+pub(in super::super) fn holds_colours(field: &Field) -> bool {
+    matches!(field.components, 3 | 4) && matches!(*field.samples, Samples::UInt8(_))
 }
 
 /// What becomes of cells without a volume.
