@@ -275,6 +275,9 @@ pub struct EncodedField {
     pub encoded: Arc<Encoded>,
 }
 
+/// Polygons, and what the drawn field is called among the numbers on them; `None` where it is their own colours.
+type OwnSurface = (Arc<Mesh>, Option<String>);
+
 /// The polygons of a file that has nothing else, and what is told of them beside `warnings`.
 fn surface_of(
     source: &Source,
@@ -282,7 +285,7 @@ fn surface_of(
     (field, component): (&Field, Component),
     warnings: &mut Vec<String>,
     ticket: &Ticket,
-) -> Result<Option<(Arc<Mesh>, Option<String>)>, ReadFailure> {
+) -> Result<Option<OwnSurface>, ReadFailure> {
     let Some(path) = source.path() else { return Ok(None) };
     let opened = mesh::surface_of(path, grid, (field, component), warnings, ticket);
     let opened = opened.map_err(|error| match error.is_cancelled() {

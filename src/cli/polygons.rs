@@ -83,6 +83,11 @@ impl PolygonFlags {
         mesh.or_else(|| (!self.labels.is_empty()).then_some("--labels"))
     }
 
+    /// Whether the surface of a file is asked for, opaque.
+    pub(super) fn embeds_opaque(&self, file: &Path) -> bool {
+        self.mesh.iter().any(|asked| asked.path == file && asked.opacity >= 1.0)
+    }
+
     /// The files that are asked for, with the flag that asks.
     pub(super) fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
         let meshes = self.mesh.iter().map(|asked| ("--mesh", asked.path()));

@@ -346,6 +346,15 @@ mod tests {
     }
 
     #[test]
+    fn a_first_row_with_a_word_is_no_header() {
+        let check = |line: &str| refuse_row_with_word(line, Separator::of(line));
+        assert!(check("1,2,b,4").is_err() && check("1 2 3 x").is_err());
+        for names in ["x,y,z,T", "x,y,z,1,2", "\"Points:0\",\"Points:1\",b,4", "12"] {
+            assert!(check(names).is_ok(), "{names}");
+        }
+    }
+
+    #[test]
     fn columns_are_found_by_name() {
         let names = |line: &str| words_of_header(line, Separator::of(line), 4).unwrap();
         assert_eq!(

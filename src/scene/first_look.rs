@@ -104,6 +104,7 @@ impl FirstLook {
         let statistics = &volume.statistics;
         let mut transfer = match volume.depth_in_cells() {
             Some(depth) => presets::of_cells(statistics, depth),
+            None if volume.scattered.is_some() => presets::of_points(statistics),
             None => presets::default_for(statistics),
         };
         let is_of_names = Kind::of(statistics) == Kind::Labels;

@@ -39,10 +39,10 @@ const OF_VALUES: &[Effect] = &[Effect::Projection, Effect::Isosurfaces, Effect::
 const RULES: &[(&[Effect], Rule)] = &[
     (&[Effect::Vectors, Effect::SecondVectors], beside_triangles),
     (&[Effect::Polygons], |scene| beside_projection(scene).or_else(|| beside_triangles(scene))),
-    (OF_VALUES, |scene| (!scene.shows_field()).then_some(Ground::Hidden)),
     (&[Effect::Clip], |scene| {
         (!scene.shows_field() && !shows_surfaces_alone(scene)).then_some(Ground::Hidden)
     }),
+    (OF_VALUES, |scene| (!scene.shows_field()).then_some(Ground::Hidden)),
     (INSIDE, |scene| {
         let projects = scene.inside.along != AlongRay::Composite && scene.shows_field();
         (projects && !scene.vectors().is_empty()).then_some(Ground::Vectors)

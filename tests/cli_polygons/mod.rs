@@ -231,6 +231,13 @@ fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
         let mesh = format!("{file},{what}");
         errors(&voxsplat(&["render", DEMO, "--engine", "native", "--mesh", &mesh, "-o", to]))
     };
+    let comma = folder.path().join("comma.vtk");
+    fs::write(&comma, SURFACE.replace("SCALARS heat", "SCALARS heat,K")).expect("written");
+    let by = format!("{},by=\"heat,K\",opacity=0.5", comma.display());
+    let output = voxsplat(&["render", DEMO, "--engine", "native", "--mesh", &by, "-o", to]);
+    assert!(output.status.success(), "{}", errors(&output));
+    let said = refused("by=");
+    assert!(said.contains("expected the name of an array after by=, found none"), "{said}");
     let said = refused("by=cold");
     assert!(said.contains("found cold") && said.contains("the file has heat"), "{said}");
     assert!(refused("map=gray").contains("expected by=ARRAY"), "{}", refused("map=gray"));

@@ -124,7 +124,7 @@ fn load(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<(NcFile, u64), 
             return cut_short(format!("{declared} bytes of records behind its header"), len);
         }
         if matches!(error, netcdf_reader::Error::UnexpectedEof { .. }) {
-            return cut_short("a whole NetCDF header".to_owned(), len);
+            return cut_short("a NetCDF header that is whole".to_owned(), len);
         }
         let start = quoted_bytes(&content[..content.len().min(16)]);
         corrupt(
@@ -380,4 +380,16 @@ fn interleaved(parts: &[&Field]) -> Samples {
     let value =
         |index: usize| parts.get(index % 3).map_or(0.0, |part| part.samples.get(index / 3) as f32);
     Samples::Float32((0..3 * count).into_par_iter().map(value).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_of_records_are_told_where_the_reader_counts_them() {
+        let text = "invalid data: classic header declares 1 records (704396 bytes) but the file has only 300000 bytes";
+        assert_eq!(bytes_of_records(text), Some(704_396));
+        assert_eq!(bytes_of_records("invalid data: no records (none)"), None);
+    }
 }
