@@ -21,7 +21,7 @@ pub struct PolygonFlags {
     /// and lit from both sides: in their own colours or one, or by one of the file's arrays of numbers (by="NAME" where the
     /// name has a comma; map: a colour map;
     /// range: the numbers that take its first and last colour); opaque, or of an opacity from 0 to 1; each flat, or smooth (by
-    /// the file's normals, or means of neighbours) [default: smooth where the file has normals]. May be given again
+    /// the file's normals, or across edges at which triangles are turned by less than 30°) [default: smooth]. May be given again
     #[arg(long,
         value_name = "FILE[,color=RRGGBB][,by=ARRAY[,map=NAME][,range=LOW:HIGH]][,opacity=A][,shading=flat|smooth]",
         value_parser = mesh_at)]

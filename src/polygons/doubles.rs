@@ -1,6 +1,7 @@
 //! Triangles that lie exactly on others.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// For each triangle, whether it is the first between its three places, in whatever order it names them. Those that say the
 /// same place by other numbers are the same.
@@ -12,7 +13,7 @@ pub(super) fn are_first(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<bool>
     };
     let mut order: Vec<(u64, usize)> =
         triangles.iter().enumerate().map(|(at, triangle)| (of(triangle), at)).collect();
-    order.sort_unstable();
+    order.par_sort_unstable();
     let mut first = vec![true; triangles.len()];
     for alike in order.chunk_by(|a, b| a.0 == b.0).filter(|alike| alike.len() > 1) {
         let places =

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::doubles::are_first;
-use super::soft::soft_normals;
+use super::soft::{MOST_SOFTENED, soft_normals};
 use crate::core::Srgb8;
 
 /// Triangles in world space. Positions are finite and every index is that of a position: only
@@ -196,10 +196,11 @@ impl Mesh {
     }
 
     /// The same with normals that are smooth where triangles meet at a blunt edge, of a mesh without any: at each corner the
-    /// mean of those about its place that are turned by less than [`SOFT_DEGREES`], by area.
+    /// mean of those about its place that are turned by less than [`SOFT_DEGREES`](super::SOFT_DEGREES), by area. Meshes of
+    /// millions of triangles stay flat.
     #[must_use]
     pub fn softened(self) -> Self {
-        if self.has_normals() {
+        if self.has_normals() || self.len() > MOST_SOFTENED {
             return self;
         }
         let flat: Vec<Vec3> = self.triangles.iter().map(|t| self.flat_normal(*t)).collect();

@@ -1,9 +1,12 @@
 //! Normals that are smooth across blunt edges and not across sharp ones.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 /// Edges at which triangles are turned by less than this are smooth.
 pub const SOFT_DEGREES: f32 = 30.0;
+/// Of more triangles each is hardly more than a pixel, and flat.
+pub(super) const MOST_SOFTENED: usize = 1 << 21;
 /// Triangles about a place of which each is compared with all: beyond, corners there are flat.
 const MOST_ABOUT: usize = 256;
 
@@ -48,7 +51,7 @@ fn by_place(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<([u32; 3], usize,
     let corners = triangles.iter().enumerate();
     let mut all: Vec<_> =
         corners.flat_map(|(at, t)| [0, 1, 2].map(|corner| (bits(t[corner]), at, corner))).collect();
-    all.sort_unstable();
+    all.par_sort_unstable();
     all
 }
 
