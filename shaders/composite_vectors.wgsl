@@ -9,10 +9,12 @@ override back_to_front: bool = false;
 struct VectorTiles {
     // First tile, tiles across, picture width, picture height.
     tiles: vec4<u32>,
-    // Tiles in this piece; 0.
+    // Tiles in this piece, planes that cut; 0.
     more: vec4<u32>,
-    // Growth of the rays per pixel of depth, 0 when orthographic.
+    // Growth of the rays per pixel of depth, 0 when orthographic, and the scale of a pixel at depth 0; 0.
     rays: vec4<f32>,
+    // What is kept: products with a place to the right and up, at depth 0, and with its depth, and 1, that add up to 0 or more.
+    clip: array<vec4<f32>, 12>,
 }
 
 @group(0) @binding(0) var<storage, read> piece: VectorTiles;
@@ -24,6 +26,24 @@ fn frame_growth() -> f32 {
 
 fn picture_width() -> u32 {
     return piece.tiles.z;
+}
+
+// Depths between which anything of a ray is kept.
+fn kept_alone(screen: vec2<f32>) -> vec2<f32> {
+    var ends = vec2<f32>(-1e30, 1e30);
+    for (var i = 0u; i < piece.more.y; i++) {
+        let plane = piece.clip[i];
+        let side = dot(plane.xy, screen);
+        let height = plane.w + side * piece.rays.y;
+        let growth = plane.z + side * piece.rays.x;
+        // A ray along a plane is on one side of it.
+        let is_along = abs(growth) < 1e-20;
+        let t = -height / select(growth, 1.0, is_along);
+        ends.x = select(ends.x, max(ends.x, t), !is_along && growth > 0.0);
+        ends.y = select(ends.y, min(ends.y, t), !is_along && growth < 0.0);
+        ends.y = select(ends.y, -1e30, is_along && height < 0.0);
+    }
+    return ends;
 }
 
 @compute @workgroup_size(TILE, TILE)
@@ -41,9 +61,10 @@ fn composite_vectors(
     let down = vec2<f32>(pixel) + 0.5;
     let half = 0.5 * vec2<f32>(piece.tiles.zw);
     var light = NO_LIGHT;
-    var met = met_alone(pixel);
-    var ray = vector_ray(pixel, vec2<f32>(-1e30, 1e30));
     let screen = vec2<f32>(down.x - half.x, half.y - down.y);
+    let kept = kept_alone(screen);
+    var met = met_alone(pixel, kept);
+    var ray = vector_ray(pixel, kept);
     _ = vectors_in(&ray, &light, &met, EVERY_SLAB, screen);
     lay_rest(&light, &met);
     textureStore(picture, pixel, light_of(light));

@@ -88,7 +88,7 @@ fn host_structs() -> [HostStruct; 15] {
             field_slabs,
             blur,
         }),
-        host_struct!(VectorTiles { tiles, more, rays }),
+        host_struct!(VectorTiles { tiles, more, rays, clip }),
         host_struct!(Polygons { right, up, forward, picture, material, towards, colours, counts }),
         host_struct!(PolygonCorner { place, normal }),
         host_struct!(Scan { counts }),

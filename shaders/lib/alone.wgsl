@@ -4,8 +4,8 @@ struct Met {
     polygons: PolygonRay,
 }
 
-fn met_alone(pixel: vec2<u32>) -> Met {
-    return Met(polygon_ray(pixel, vec2<f32>(-1e30, 1e30)));
+fn met_alone(pixel: vec2<u32>, kept: vec2<f32>) -> Met {
+    return Met(polygon_ray(pixel, kept));
 }
 
 // Lays a slab down, and the polygons up to where it ends. It is as dense everywhere.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::core::Ticket;
 use crate::io::{Encoded, Series, mesh};
 use crate::polygons::Mesh;
-use crate::scene::{FirstLook, Lighting};
+use crate::scene::FirstLook;
 use crate::transfer::presets;
 use crate::volume::{
     Component, Field, Grid, ScalarType, ScalarVolume, Shape, VectorField, VolumeError, demo,
@@ -247,8 +247,9 @@ pub struct Document {
     pub volume: Arc<ScalarVolume>,
     /// What is first seen of it.
     pub first_look: FirstLook,
-    /// Its polygons, where it has nothing else, and what the drawn field is called among the numbers on them.
-    pub surface: Option<(Arc<Mesh>, String)>,
+    /// Its polygons, where it has nothing else, or its points in their own colours, and what the drawn field is called among the
+    /// numbers on them; `None` where it is their colours.
+    pub surface: Option<(Arc<Mesh>, Option<String>)>,
     /// The vectors that it opens with: of its first field, where that has three components, or of a demo's wind.
     pub vectors: Option<Arc<VectorField>>,
     /// Whether they flow from the start.
@@ -274,20 +275,26 @@ pub struct EncodedField {
     pub encoded: Arc<Encoded>,
 }
 
-/// The polygons of a file that has nothing else.
+/// Polygons, and what the drawn field is called among the numbers on them; `None` where it is their own colours.
+type OwnSurface = (Arc<Mesh>, Option<String>);
+
+/// The polygons of a file that has nothing else, and what is told of them beside `warnings`.
 fn surface_of(
     source: &Source,
     grid: &Grid,
     (field, component): (&Field, Component),
+    warnings: &mut Vec<String>,
     ticket: &Ticket,
-) -> Result<Option<(Arc<Mesh>, String)>, ReadFailure> {
+) -> Result<Option<OwnSurface>, ReadFailure> {
     let Some(path) = source.path() else { return Ok(None) };
-    let mesh = mesh::surface_of(path, grid, (field, component), ticket);
-    let mesh = mesh.map_err(|error| match error.is_cancelled() {
+    let opened = mesh::surface_of(path, grid, (field, component), warnings, ticket);
+    let opened = opened.map_err(|error| match error.is_cancelled() {
         true => ReadFailure::Cancelled,
         false => ReadFailure::Refused(error.to_string()),
     })?;
-    Ok(mesh.map(|mesh| (Arc::new(mesh), mesh::array_name(field, component))))
+    let Some(opened) = opened else { return Ok(None) };
+    warnings.extend(opened.warnings);
+    Ok(Some((Arc::new(opened.mesh), mesh::drawn_name(field, component))))
 }
 
 impl Document {
@@ -300,7 +307,7 @@ impl Document {
         source: Source,
         ticket: &Ticket,
     ) -> Result<Self, ReadFailure> {
-        let ReadGrid { grid, warnings, series } = library.read(&source, ticket)?;
+        let ReadGrid { grid, mut warnings, series } = library.read(&source, ticket)?;
         let grid = Arc::new(grid);
         let field = grid.field(None)?;
         let component = Component::usual(field.components);
@@ -320,11 +327,9 @@ impl Document {
             (None, _) => None,
         };
         let flows = flowing.is_some();
-        let surface = surface_of(&source, &grid, (field, component), ticket)?;
-        let mut first_look = library.first_look(&volume, grid.space.as_deref());
-        if surface.is_some() {
-            first_look.lighting = Some(Lighting::first_look());
-        }
+        let surface = surface_of(&source, &grid, (field, component), &mut warnings, ticket)?;
+        let first_look = library.first_look(&volume, grid.space.as_deref());
+        let first_look = if surface.is_some() { first_look.of_surface() } else { first_look };
         Ok(Self {
             source,
             fields_in_file: grid.fields.len(),
@@ -398,8 +403,21 @@ impl Document {
         })?;
         let volume = self.grid.scalar(chosen, component, ticket)?;
         let first_look = library.first_look(&volume, self.grid.space.as_deref());
-        let surface = surface_of(&self.source, &self.grid, (chosen, component), ticket)?;
-        let mut other = Self { field, component, first_look, surface, ..self };
+        let mut warnings = self.warnings.clone();
+        let name = mesh::drawn_name(chosen, component);
+        let surface = match &self.surface {
+            // Its numbers lie on the polygons already.
+            Some((mesh, _)) if name.as_ref().is_some_and(|name| mesh.has_array(name)) => {
+                Some((Arc::clone(mesh), name))
+            }
+            Some(_) => {
+                let drawn = (chosen, component);
+                surface_of(&self.source, &self.grid, drawn, &mut warnings, ticket)?
+            }
+            None => None,
+        };
+        let first_look = if surface.is_some() { first_look.of_surface() } else { first_look };
+        let mut other = Self { field, component, first_look, surface, warnings, ..self };
         if other.residual() == Some(field) {
             // It is a cloud of both signs, whatever its values are like.
             other.first_look.transfer = presets::of_differences(&volume.statistics);

@@ -220,7 +220,7 @@ impl Window {
         }
         if let Some((mesh, name)) = &document.surface {
             let source = SampleSource::whole(&path, mesh.name());
-            let layer = PolygonLayer::of_surface(Arc::clone(mesh), name, map, None);
+            let layer = PolygonLayer::of_surface(Arc::clone(mesh), name.as_deref(), map, None);
             show_surface(&mut scene, source, layer);
             // Its colours are there, unless somebody closed the section.
             self.settings.sections.entry(POLYGONS.to_owned()).or_insert(true);

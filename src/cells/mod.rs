@@ -20,6 +20,7 @@ pub use field::{CellField, On};
 pub use finder::Finder;
 pub use listed::Listed;
 pub use solid::{Kind, Placed, Rim, Solid};
+pub use split::{has_extent, has_volume, is_flat};
 pub use surface::Face;
 
 /// Cells that cannot be: what was expected, and what was found.

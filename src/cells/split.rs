@@ -13,6 +13,26 @@ use super::{Blend, CellsError};
 /// VTK's number.
 pub(super) const HEXAHEDRON: u8 = 12;
 
+/// Whether VTK's number is of a polygon that is drawn.
+const fn is_polygon(kind: u8) -> bool {
+    matches!(kind, 5..=9 | 22 | 23 | 28 | 34)
+}
+
+/// Whether VTK's number is of a cell that has an area and no volume.
+pub fn is_flat(kind: u8) -> bool {
+    is_polygon(kind) || matches!(kind, 30 | 36 | 61..=63 | 69 | 70 | 76 | 77)
+}
+
+/// Whether VTK's number is of a cell that has a volume.
+pub fn has_volume(kind: u8) -> bool {
+    !is_flat(kind) && !matches!(kind, 0..=4 | 21 | 35 | 51 | 60 | 66 | 68 | 75)
+}
+
+/// Whether VTK's number is of a cell that is more than points or lines.
+pub fn has_extent(kind: u8) -> bool {
+    is_flat(kind) || has_volume(kind)
+}
+
 /// Solids so far.
 pub(super) struct Split<'a> {
     points: &'a [DVec3],
@@ -64,12 +84,12 @@ impl<'a> Split<'a> {
             }),
         };
         match kind {
-            5..=9 | 22 | 23 | 28 => {
+            _ if is_polygon(kind) => {
                 self.polygon(kind, corners, cell);
                 Ok(false)
             }
             // Nothing, points, lines, and polygons of other curves.
-            0..=4 | 21 | 30 | 34..=36 | 51 | 60..=63 | 66 | 68..=70 | 75..=77 => Ok(false),
+            _ if !has_volume(kind) => Ok(false),
             10 => of(4).map(|()| self.one(Kind::Tetrahedron, corners)),
             11 => of(8).map(|()| {
                 let [a, b, c, d, e, f, g, h] = [0, 1, 3, 2, 4, 5, 7, 6].map(|i: usize| corners[i]);
@@ -128,7 +148,7 @@ impl<'a> Split<'a> {
                 })
                 .collect(),
             (8, [a, b, c, d, ..]) => fan(&[*a, *b, *d, *c]),
-            (22, [a, b, c, ab, bc, ca, ..]) => {
+            (22 | 34, [a, b, c, ab, bc, ca, ..]) => {
                 vec![[*a, *ab, *ca], [*ab, *b, *bc], [*ca, *bc, *c], [*ab, *bc, *ca]]
             }
             (23 | 28, [a, b, c, d, ab, bc, cd, da, ..]) => {

@@ -117,7 +117,7 @@ impl FlowFlags {
         let Some(Vectors { layers, alone, .. }) = vectors else {
             return Err(Failure::Usage(format!(
                 "expected vectors with {flag}, found none; name a field of three components with --vector, \
-                 which `voxsplat info` tells"
+                 where `voxsplat info` tells of one, or leave {flag} out"
             )));
         };
         if self.no_vector_splats && layers.len() > 1 {

@@ -19,6 +19,7 @@ mod render;
 mod report;
 mod shading;
 mod stats;
+mod surface;
 mod values;
 mod vector_look;
 mod vectors;

@@ -14,6 +14,7 @@ pub(super) struct Causes {
     is_lit: bool,
     has_isosurfaces: bool,
     has_slices: bool,
+    has_flat_cells: bool,
 }
 
 impl Causes {
@@ -25,6 +26,22 @@ impl Causes {
             is_lit: shading.lighting.is_some() && inside.along == AlongRay::Composite,
             has_isosurfaces: inside.has_isosurfaces(),
             has_slices: !inside.slices.is_empty(),
+            has_flat_cells: scene.volume().is_some_and(|volume| {
+                let cells = volume.cells.as_ref().map(|cells| cells.cells());
+                // Split ones count as one.
+                cells.is_some_and(|cells| {
+                    let last = cells.sources().windows(2).filter(|pair| pair[0] != pair[1]).count();
+                    !cells.solids().is_empty() && cells.census().flat > last
+                })
+            }),
+        }
+    }
+
+    /// Where a picture of surfaces by themselves shows nothing.
+    pub(super) fn no_surface_seen(self) -> String {
+        match self.is_cut {
+            true => self.nothing_seen(0),
+            false => "nothing can be seen in the picture; look at the camera".to_owned(),
         }
     }
 
@@ -50,10 +67,19 @@ impl Causes {
             0 => "nothing can be seen in the picture, as no voxel has opacity; look at --opacity and at \
                   the range of the data, which `voxsplat info` tells"
                 .to_owned(),
+            _ if self.has_flat_cells => {
+                "nothing can be seen in the picture, as no cell has any volume; embed the file as polygons (--mesh) to \
+                 see its cells"
+                    .to_owned()
+            }
             active => format!(
-                "nothing can be seen in the picture, though {active} voxels have opacity; look at the \
+                "nothing can be seen in the picture, though {} opacity; look at the \
                  opacities, at --opacity-unit-distance, which they are given over, the extent and the \
-                 camera"
+                 camera",
+                match active {
+                    1 => "1 voxel has".to_owned(),
+                    active => format!("{active} voxels have"),
+                }
             ),
         }
     }

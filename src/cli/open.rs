@@ -6,18 +6,16 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::flags::{InputFlags, ModeFlags, SceneFlags};
-use super::{Failure, note};
+use super::{Failure, note, surface};
 use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
-use crate::polygons::Mesh;
 use crate::scene::{
-    self, Lighting, Look, Orientation, PolygonLayer, SampleSource, Scene, Shading, SplatSettings,
-    framing_surfaces, framing_what_shows,
+    self, FirstLook, Orientation, SampleSource, Scene, Shading, SplatSettings, framing_what_shows,
 };
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
-use crate::transfer::{ColourMap, ColourSource, NoData, Region, TransferFunction};
+use crate::transfer::{ColourSource, NoData, Region, TransferFunction};
 use crate::volume::{
     Component, Field, Grid, ScalarVolume, Statistics, VolumeError, demo, demo::DemoError,
 };
@@ -31,7 +29,7 @@ pub(super) struct Input {
     pub series: Vec<Series>,
     /// Of basis functions.
     pub encoding: Option<Facts>,
-    path: PathBuf,
+    pub(super) path: PathBuf,
 }
 
 /// The field of a scene, which every scene of the command line opens with.
@@ -208,10 +206,12 @@ fn range_words(statistics: &Statistics) -> String {
 /// The scene as it opens, changed by the flags: in the mode of its first look unless `mode` says another.
 pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Scene, Failure> {
     let (source, volume) = scalar(input, flags.field.as_deref(), flags.component)?;
-    let mut opening = scene::first_look(source, Arc::clone(&volume), input.grid.space.as_deref());
-    let orientation = Orientation::of(input.grid.space.as_deref()).with_up(flags.camera_up_axis);
-    let asks_for_points = mode.is_asked_for || flags.opacity.is_some() || flags.transfer.is_some();
-    let surface = if asks_for_points { None } else { own_surface(input, flags)? };
+    let space = input.grid.space.as_deref();
+    let orientation = Orientation::of(space).with_up(flags.camera_up_axis);
+    let surface = if mode.draws_points { None } else { surface::of(input, flags)? };
+    let look = FirstLook::of(&volume, space);
+    let look = if surface.is_some() { look.of_surface() } else { look };
+    let mut opening = scene::seen_first(source, Arc::clone(&volume), look, space);
     if let Some(up) = flags.camera_up_axis {
         let (direction, shown_up) = orientation.first_view().direction_and_up(orientation);
         if let Some(transfer) = opening.transfer() {
@@ -221,11 +221,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
     }
     let is_surface = surface.is_some();
     if let Some(mesh) = surface {
-        opening.add(input.source(mesh.name()), PolygonLayer::new(Arc::new(mesh)));
-        let Camera { direction, up, .. } = opening.camera;
-        opening.show_field(false);
-        opening.shading.lighting = Some(Lighting::first_look());
-        opening.camera = framing_surfaces(&opening, direction, up).unwrap_or(opening.camera);
+        surface::show(&mut opening, input, mesh);
     }
     if flags.camera_direction.is_some() || flags.camera_up_axis.is_some() {
         // Up as the world has it, whatever direction is looked along, not as the first view happens to be tilted.
@@ -238,7 +234,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
         (*function, regions) = transfer(flags, &volume.statistics, function)?;
     }
     if is_surface {
-        colour_surface(&mut opening, input, flags)?;
+        surface::colour(&mut opening, input, flags)?;
     }
     // Who says what is seen, and how densely, says whether it is lit, too.
     let lighting = opening.shading.lighting.take().filter(|_| !flags.say_what_is_seen());
@@ -249,39 +245,6 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
         note(&sentence);
     }
     Ok(Scene { camera, splat, shading, ..opening })
-}
-
-/// The polygons of a file that has nothing else.
-fn own_surface(input: &Input, flags: &SceneFlags) -> Result<Option<Mesh>, Failure> {
-    let drawn = drawn(input, flags)?;
-    let mesh = io::mesh::surface_of(&input.path, &input.grid, drawn, &Ticket::new());
-    mesh.map_err(Failure::failed)
-}
-
-/// Which number of which field is asked for.
-fn drawn<'a>(input: &'a Input, flags: &SceneFlags) -> Result<(&'a Field, Component), Failure> {
-    let field = input.field(flags.field.as_deref());
-    let field = field.map_err(|error| Failure::Failed(input.about(&error.to_string())))?;
-    Ok((field, flags.component.unwrap_or(Component::usual(field.components))))
-}
-
-/// Gives the polygons that are all there is of a file the colours of the field.
-fn colour_surface(scene: &mut Scene, input: &Input, flags: &SceneFlags) -> Result<(), Failure> {
-    let (field, component) = drawn(input, flags)?;
-    let name = io::mesh::array_name(field, component);
-    let map = match scene.transfer().map(|transfer| &transfer.colour) {
-        Some(ColourSource::Map { map, .. }) => *map,
-        _ => ColourMap::Viridis,
-    };
-    let own = scene.polygons().into_iter().next();
-    let of = |own: PolygonLayer| PolygonLayer::of_surface(own.mesh, &name, map, flags.color_range);
-    let look = own.map(|own| of(own).look);
-    for layer in &mut scene.layers {
-        if let (Look::Polygons(old), Some(look)) = (&mut layer.look, look) {
-            *old = look;
-        }
-    }
-    Ok(())
 }
 
 /// The mode by the flags.
@@ -300,6 +263,8 @@ pub(super) struct Mode {
     first: Option<&'static str>,
     /// Whether any of them says how a field is drawn; else that is up to the first look.
     is_asked_for: bool,
+    /// Whether a file that is a surface is drawn as its points.
+    draws_points: bool,
 }
 
 impl Mode {
@@ -314,7 +279,13 @@ impl Mode {
             names_kernel: flags.kernel.is_some(),
             first: flags.of_field(),
             is_asked_for,
+            draws_points: is_asked_for,
         }
+    }
+
+    /// The same where isosurfaces may be asked for, which only some modes have.
+    pub(super) fn with_levels(self, are_asked_for: bool) -> Self {
+        Self { is_asked_for: self.is_asked_for || are_asked_for, ..self }
     }
 
     fn beside(self, first_look: SplatSettings) -> SplatSettings {

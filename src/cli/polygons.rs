@@ -18,9 +18,10 @@ use crate::volume::Lattice;
 #[command(next_help_heading = "Polygons")]
 pub struct PolygonFlags {
     /// Embed the polygons of an STL, PLY or OBJ file, or the surface of a mesh of VTK or Exodus, in the volume's world space
-    /// and lit from both sides: in their own colours or one, or by one of the file's arrays of numbers (map: a colour map;
+    /// and lit from both sides: in their own colours or one, or by one of the file's arrays of numbers (by="NAME" where the
+    /// name has a comma; map: a colour map;
     /// range: the numbers that take its first and last colour); opaque, or of an opacity from 0 to 1; each flat, or smooth (by
-    /// the file's normals, or means of neighbours) [default: smooth where the file has normals]. May be given again
+    /// the file's normals, or across edges at which triangles are turned by less than 30°) [default: smooth]. May be given again
     #[arg(long,
         value_name = "FILE[,color=RRGGBB][,by=ARRAY[,map=NAME][,range=LOW:HIGH]][,opacity=A][,shading=flat|smooth]",
         value_parser = mesh_at)]
@@ -82,6 +83,11 @@ impl PolygonFlags {
         mesh.or_else(|| (!self.labels.is_empty()).then_some("--labels"))
     }
 
+    /// Whether the surface of a file is asked for, opaque.
+    pub(super) fn embeds_opaque(&self, file: &Path) -> bool {
+        self.mesh.iter().any(|asked| asked.path == file && asked.opacity >= 1.0)
+    }
+
     /// The files that are asked for, with the flag that asks.
     pub(super) fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
         let meshes = self.mesh.iter().map(|asked| ("--mesh", asked.path()));
@@ -137,11 +143,11 @@ fn mesh_at(text: &str) -> Result<MeshAt, String> {
     let (mut colour, mut opacity, mut is_smooth) = (None, None, None);
     let (mut by, mut map, mut range) = (None, None, None);
     let mut rest = text;
-    while let Some((before, last)) = rest.rsplit_once(',') {
+    while let Some((before, last)) = last_part(rest) {
         let Some((key, value)) = last.split_once('=') else { break };
         let is_new = match key {
             "color" => colour.replace(values::colour(value)?).is_none(),
-            "by" => by.replace(value.to_owned()).is_none(),
+            "by" => by.replace(array_name(value, text)?).is_none(),
             "map" => map.replace(values::colour_map(value)?).is_none(),
             "range" => range.replace(ends(value)?).is_none(),
             "opacity" => opacity.replace(values::share(value)?).is_none(),
@@ -191,6 +197,26 @@ fn mesh_at(text: &str) -> Result<MeshAt, String> {
     }
     let (path, opacity) = (PathBuf::from(rest), opacity.unwrap_or(1.0));
     Ok(MeshAt { path, colour, by, map, range, opacity, is_smooth })
+}
+
+/// What is before the last comma, and behind it; a comma between quotes is none.
+fn last_part(text: &str) -> Option<(&str, &str)> {
+    let quote = text.strip_suffix('"').and_then(|text| text.rfind("=\""));
+    let end = quote.unwrap_or(text.len());
+    let comma = text[..end].rfind(',')?;
+    Some((&text[..comma], &text[comma + 1..]))
+}
+
+/// The name of an array, which may stand between quotes.
+fn array_name(value: &str, text: &str) -> Result<String, String> {
+    let unquoted = value.strip_prefix('"').and_then(|value| value.strip_suffix('"'));
+    match unquoted.unwrap_or(value) {
+        "" => Err(format!(
+            "expected the name of an array after by=, found none in {}; leave by= out, or name one: `voxsplat info` lists them",
+            values::found(text)
+        )),
+        name => Ok(name.to_owned()),
+    }
 }
 
 /// Two different numbers with a colon between.

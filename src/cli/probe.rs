@@ -79,8 +79,8 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     for warning in &input.warnings {
         note(warning);
     }
-    let is_asked_for = flags.mode.are_given() || flags.inside.asks_for_levels();
-    let mode = open::Mode::of(&flags.mode, splat, is_asked_for);
+    let mode = open::Mode::of(&flags.mode, splat, flags.mode.are_given());
+    let mode = mode.with_levels(flags.inside.asks_for_levels());
     let scene = open::scene(&input, &flags.scene, mode)?;
     let splat = scene.splat;
     let shading = flags.shading.resolve(&scene, &splat);

@@ -96,6 +96,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let background = scene.background;
     let causes = Causes::of(&scene);
     let alone = !scene.shows_field();
+    let has_vectors = !scene.vectors().is_empty();
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.own_kernels().map_or(scene.voxel_count(), |(_, count)| count);
     let engine = Engine::start(flags.engine.choice()?, || ());
@@ -129,6 +130,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     // Less than half a step of an 8-bit channel everywhere: nobody would see anything.
     if still.light.iter().all(|pixel| pixel[3] < 1.0 / 512.0) {
         note(&match alone {
+            true if !has_vectors => causes.no_surface_seen(),
             true => "nothing can be seen in the picture; look at --vector-opacity and at the lengths of the \
                      vectors, and at the camera"
                 .to_owned(),
@@ -254,8 +256,8 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     } else {
         Background::Colour(flags.background.unwrap_or(BLACK))
     };
-    let is_asked_for = flags.mode.are_given() || flags.inside.asks_for_levels();
-    let mode = open::Mode::of(&flags.mode, splat, is_asked_for);
+    let mode = open::Mode::of(&flags.mode, splat, flags.mode.are_given());
+    let mode = mode.with_levels(flags.inside.asks_for_levels());
     let mut scene = Scene { background, ..open::scene(&input, &flags.scene, mode)? };
     let is_cut = flags.max_error.is_some() || scene.splat.classify == Classify::Before;
     if flags.refine == Some(RefineFlag::Coarse) && is_cut {
@@ -307,6 +309,12 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     }
     let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
     polygons.extend(flow);
+    if scene.shows_field() && flags.polygons.embeds_opaque(&input.path) {
+        note(&format!(
+            "the surface of the file hides its own field; add an opacity, as --mesh FILE,opacity=0.3: {}",
+            input.path.display()
+        ));
+    }
     if !polygons.is_empty() && flags.refine == Some(RefineFlag::Coarse) {
         return Err(Failure::Usage(
             "expected --refine full or converged with polygons, found --refine coarse, whose pictures may \

@@ -4,7 +4,7 @@ use super::layout::{self, MOST_CLIPS, narrow, narrow4};
 use super::shade::CellsOfValues;
 use crate::kernel::Kernel;
 use crate::plan::Plan;
-use crate::scene::{AlongRay, CutFaces, HalfSpace};
+use crate::scene::{AlongRay, CutFaces, HalfSpace, View};
 
 /// What of it a pipeline is made for: what is not asked for is not compiled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -51,6 +51,15 @@ impl InsideVariant {
         }
         constants
     }
+}
+
+/// A half space as rays of a view meet it: what adds up to its height over a place so many pixels to the right and up at the
+/// depth 0, and so deep, and the height in the picture's middle.
+pub(super) fn in_view(half: &HalfSpace, view: &View) -> [f32; 4] {
+    let index_from_view = view.view_from_index.inverse();
+    let beside = index_from_view * view.view_centre.truncate().extend(0.0);
+    let height = half.normal.dot(view.lattice_centre - beside) - half.least;
+    narrow4(index_from_view.transpose() * half.normal, height)
 }
 
 /// What a scene is opened by, ready for fields of any size.

@@ -150,6 +150,7 @@ pub struct VectorTiles {
     pub tiles: [u32; 4],
     pub more: [u32; 4],
     pub rays: [f32; 4],
+    pub clip: [[f32; 4]; MOST_CLIPS],
 }
 
 /// `Polygons` in `shaders/lib/polygon_corners.wgsl`.

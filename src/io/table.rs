@@ -157,6 +157,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let mut names = None;
     let mut row = separator.numbers(&first);
     if row.is_none() {
+        refuse_row_with_word(&first, separator)?;
         names = Some(first);
         let (second, _) = lines.next()?.ok_or_else(none)?;
         separator = Separator::of(&second);
@@ -219,6 +220,22 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         }
     }
     points(columns, names, warnings, free_bytes)
+}
+
+/// Refuses a first line that is a row but for a word: taken for names it would be lost.
+fn refuse_row_with_word(line: &str, separator: Separator) -> Result<(), Problem> {
+    let words = separator.words(line);
+    let is_number = |word: &&&str| word.parse::<f64>().is_ok();
+    let numbers = words.iter().filter(is_number).count();
+    let word = words.iter().find(|word| !word.is_empty() && !is_number(word));
+    match word {
+        Some(word) if 2 * numbers > words.len() => Err(header(
+            "names of columns or a row of numbers on the first line",
+            format!("both, the word {} among {numbers} numbers", quoted(word)),
+            "correct the line, or write the table again",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Names of columns, as a line has them; `None` where it has another number of words.
@@ -326,6 +343,15 @@ mod tests {
             assert!(empty[1].is_nan() && empty.len() == 3);
         }
         assert_eq!(numbers("1,b,3"), None);
+    }
+
+    #[test]
+    fn a_first_row_with_a_word_is_no_header() {
+        let check = |line: &str| refuse_row_with_word(line, Separator::of(line));
+        assert!(check("1,2,b,4").is_err() && check("1 2 3 x").is_err());
+        for names in ["x,y,z,T", "x,y,z,1,2", "\"Points:0\",\"Points:1\",b,4", "12"] {
+            assert!(check(names).is_ok(), "{names}");
+        }
     }
 
     #[test]

@@ -9,12 +9,12 @@ use glam::DVec3;
 use super::axes;
 use super::bytes::{DEFLATE_MOST, no_samples, reserve_samples};
 use super::error::{Problem, header, quoted, truncated, unsupported};
-use crate::cells::{Cells, CellsError, Listing};
+use crate::cells::{Cells, CellsError, Listing, has_extent};
 use crate::core::counted;
 use crate::core::memory::{self, TooLarge};
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
 
-pub(super) use told::EMBED_THEM;
+pub(super) use told::{EMBED_THEM, holds_colours};
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
 pub(super) mod kind {
@@ -30,6 +30,8 @@ pub(super) mod kind {
     pub(in super::super) const POLYHEDRON: u8 = 42;
 }
 
+/// Coordinates farther from 0 have no volume that 64 bits hold.
+const FARTHEST: f64 = 1e100;
 /// Bytes of a point while it is read and joined, and as it is kept.
 const POINT_BYTES: u64 = 72;
 /// Bytes of a cell's type and start, twice.
@@ -484,6 +486,15 @@ pub(super) fn grid(
             "write the file again with its points",
         ));
     }
+    let finite = listing.points.iter().filter(|point| point.is_finite());
+    let farthest = finite.map(|point| point.abs().max_element()).fold(0.0, f64::max);
+    if farthest > FARTHEST {
+        return Err(header(
+            format!("coordinates within {FARTHEST:e} of 0, whose volumes have a number"),
+            format!("{farthest:e}"),
+            "write them in a greater unit",
+        ));
+    }
     let solids = solids_most(&listing);
     let needed = solids.saturating_mul(SOLID_BYTES).saturating_add(points as u64 * POINT_BYTES);
     memory::require("the cells of the file, split into simple ones", needed, free_bytes)?;
@@ -492,7 +503,11 @@ pub(super) fn grid(
     told::tell_apart(&mut fields, warnings);
     warnings.extend(told::flat_cells(&listing.types));
     warnings.extend(told::straightened(&listing, &fields));
-    told::looks_last(&mut fields);
+    if !listing.types.iter().any(|kind| has_extent(*kind)) {
+        warnings.extend(told::nowhere(&listing));
+        warnings.extend(told::coincident(&listing.points));
+    }
+    told::in_order(&mut fields);
     axes::activate(&mut fields, active);
     if fields.is_empty() {
         // Vertices, or no cells at all: what points have themselves is how dense they lie.

@@ -359,11 +359,11 @@ impl Alone<'_> {
             return 0;
         }
         let back = self.rule.back_to_front;
-        let kept = [all(simd, -1e30), all(simd, 1e30)];
         let mut capped = 0;
         for block in 0..TILE * TILE / LANES as u32 {
             let Some(at) = block_of(self.rays, corner, block) else { continue };
             let packet = self.rays.packet(simd, at, [0.5; 2]);
+            let kept = self.rays.kept(simd, &packet);
             let mut light = Gathered::none(simd, packet.in_picture, fragments.is_some());
             let mut ahead = fragments
                 .as_ref()

@@ -14,12 +14,16 @@ use super::in_order::look;
 use super::rays::TILE;
 use crate::core::{Camera, Cancelled, Srgb8, Ticket};
 use crate::plan::Plan;
-use crate::scene::{Lighting, PolygonLayer, View};
+use crate::scene::{Lighting, OpacityModel, PolygonLayer, View};
 
 /// Where the samples of a pixel are, from its upper left.
 const SAMPLES: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
 /// What is nearer to the eye than this share of its distance to the focal plane is left out.
 const NEAREST: f64 = 1e-4;
+/// Fragments that a tile keeps before what is hidden among them is left out: there are hardly ever as many.
+const MOST_KEPT: usize = 1 << 14;
+/// What of light comes through to less than this adds nothing that 32 bits tell.
+const LEAST_THROUGH: f32 = 1e-9;
 /// Pixels of a tile.
 const PIXELS: usize = (TILE * TILE) as usize;
 
@@ -41,6 +45,9 @@ struct MadeOf {
     view: View,
     camera: Camera,
     lighting: Lighting,
+    /// Whether what is in front hides what is behind: what is cut away hides nothing, and published opacities do not add up,
+    /// so that matter is divided wherever any sample of a pixel has a polygon.
+    hides: bool,
 }
 
 /// A triangle in view space. Lengths are in pixels.
@@ -126,6 +133,8 @@ impl Polygons {
             view: plan.view(),
             camera: plan.camera,
             lighting: plan.shading.polygon_lighting(),
+            hides: !plan.inside.clip.cuts()
+                && plan.mode.opacity_model == OpacityModel::OpticalDepth,
         };
         if made_of.layers.is_empty() {
             return Ok(None);
@@ -180,16 +189,19 @@ impl Polygons {
     /// What the pixels of a tile see, whose first one is `corner`; `None` where that is nothing.
     pub(super) fn seen_in(&self, corner: [u32; 2]) -> Option<Fragments> {
         let mut list = Vec::new();
+        let mut most = MOST_KEPT;
         for &number in self.cells.at(corner) {
             self.add(number, corner, &mut list);
+            if list.len() >= most && self.made_of.hides {
+                sort(&mut list);
+                leave_out_hidden(&mut list);
+                most = MOST_KEPT.max(2 * list.len());
+            }
         }
         if list.is_empty() {
             return None;
         }
-        // Those at one depth stay in the order of their triangles.
-        list.sort_by(|a, b| {
-            (a.pixel.cmp(&b.pixel)).then(a.t.total_cmp(&b.t)).then(a.triangle.cmp(&b.triangle))
-        });
+        sort(&mut list);
         let mut begins = [0; PIXELS + 1];
         for fragment in &list {
             begins[usize::from(fragment.pixel) + 1] += 1;
@@ -258,6 +270,31 @@ impl Polygons {
         }
         colour
     }
+}
+
+/// By pixels, from the eye inwards; those at one depth stay in the order of their triangles.
+fn sort(list: &mut [Fragment]) {
+    list.sort_by(|a, b| {
+        (a.pixel.cmp(&b.pixel)).then(a.t.total_cmp(&b.t)).then(a.triangle.cmp(&b.triangle))
+    });
+}
+
+/// Leaves out of a sorted list what nobody sees, since nothing comes through what lies before it.
+fn leave_out_hidden(list: &mut Vec<Fragment>) {
+    let (mut pixel, mut through) = (None, [1.0_f32; 4]);
+    list.retain(|fragment| {
+        if pixel != Some(fragment.pixel) {
+            (pixel, through) = (Some(fragment.pixel), [1.0; 4]);
+        }
+        let mut is_seen = false;
+        for (bit, through) in through.iter_mut().enumerate() {
+            if fragment.samples & 1 << bit != 0 {
+                is_seen |= *through > LEAST_THROUGH;
+                *through *= 1.0 - fragment.opacity;
+            }
+        }
+        is_seen
+    });
 }
 
 impl Triangle {
@@ -410,6 +447,29 @@ mod tests {
             }
             assert_eq!(covered, 48 * 48);
         }
+    }
+
+    #[test]
+    fn what_lies_behind_opaque_triangles_or_very_many_clear_ones_is_left_out() {
+        let fragment = |t: usize, opacity: f32, samples: u8, pixel: u8| Fragment {
+            t: t as f32,
+            opacity,
+            colour: [1.0; 3],
+            samples,
+            pixel,
+            triangle: t as u32,
+        };
+        // Two samples of a pixel are hidden from 2 on, the others from 3 on; another pixel is not.
+        let mut list: Vec<_> = (4..9).map(|t| fragment(t, 1.0, 15, 0)).collect();
+        list.extend([fragment(2, 1.0, 3, 0), fragment(3, 1.0, 12, 0), fragment(1, 0.5, 15, 0)]);
+        list.push(fragment(9, 1.0, 15, 1));
+        sort(&mut list);
+        leave_out_hidden(&mut list);
+        let left: Vec<(u8, u32)> = list.iter().map(|f| (f.pixel, f.triangle)).collect();
+        assert_eq!(left, [(0, 1), (0, 2), (0, 3), (1, 9)]);
+        let mut clear: Vec<_> = (0..1000).map(|t| fragment(t, 0.5, 15, 0)).collect();
+        leave_out_hidden(&mut clear);
+        assert_eq!(clear.len(), 30, "0.5³⁰ is less than 1e-9");
     }
 
     #[test]

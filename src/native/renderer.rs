@@ -424,7 +424,8 @@ impl Renderer {
                 Some(Drawing { of, ..Self::drawing(plan, rays, stop_below) })
             }
             None => {
-                let rays = Rays::new(plan, [-0.5; 3], &[]);
+                let clip = plan.inside.clip.half_spaces(&plan.frame.lattice);
+                let rays = Rays::new(plan, [-0.5; 3], &clip);
                 Some(Self::drawing(plan, rays, stop_below))
             }
         };

@@ -2,6 +2,8 @@
 
 use glam::{DVec3, Vec3};
 
+use super::doubles::are_first;
+use super::soft::{MOST_SOFTENED, soft_normals};
 use crate::core::Srgb8;
 
 /// Triangles in world space. Positions are finite and every index is that of a position: only
@@ -18,6 +20,10 @@ pub struct Mesh {
     colours: Vec<Srgb8>,
     triangles: Vec<[u32; 3]>,
     arrays: Vec<MeshArray>,
+    /// As long as `triangles` or empty.
+    triangle_colours: Vec<Srgb8>,
+    /// At the corners of each triangle where corners have none of their own: as long as `triangles` or empty.
+    soft_normals: Vec<[Vec3; 3]>,
 }
 
 /// Numbers on a mesh.
@@ -145,7 +151,18 @@ impl Mesh {
         let normals = normals.into_iter().map(sound).collect();
         let origin = DVec3::ZERO;
         let (name, arrays) = (name.into(), Vec::new());
-        Ok(Self { name, origin, positions, normals, colours, triangles, arrays })
+        let (triangle_colours, soft_normals) = (Vec::new(), Vec::new());
+        Ok(Self {
+            name,
+            origin,
+            positions,
+            normals,
+            colours,
+            triangles,
+            arrays,
+            triangle_colours,
+            soft_normals,
+        })
     }
 
     /// The same with numbers on it.
@@ -166,9 +183,76 @@ impl Mesh {
         Ok(Self { arrays, ..self })
     }
 
+    /// The same with a colour for each triangle, in place of the corners'.
+    ///
+    /// # Errors
+    /// More or fewer of them than triangles.
+    pub fn with_triangle_colours(self, triangle_colours: Vec<Srgb8>) -> Result<Self, MeshError> {
+        let (corners, found) = (self.triangles.len(), triangle_colours.len());
+        match found == corners {
+            true => Ok(Self { triangle_colours, ..self }),
+            false => Err(MeshError::Uneven { what: "colours of triangles", corners, found }),
+        }
+    }
+
+    /// The same with normals that are smooth where triangles meet at a blunt edge, of a mesh without any: at each corner the
+    /// mean of those about its place that are turned by less than [`SOFT_DEGREES`](super::SOFT_DEGREES), by area. Meshes of
+    /// millions of triangles stay flat.
+    #[must_use]
+    pub fn softened(self) -> Self {
+        if self.has_normals() || self.len() > MOST_SOFTENED {
+            return self;
+        }
+        let flat: Vec<Vec3> = self.triangles.iter().map(|t| self.flat_normal(*t)).collect();
+        let soft_normals = soft_normals(&self.positions, &self.triangles, &flat);
+        Self { soft_normals, ..self }
+    }
+
+    /// Whether it is smooth at first.
+    pub fn is_smooth(&self) -> bool {
+        self.has_normals() || !self.soft_normals.is_empty()
+    }
+
+    /// The same without the triangles that lie exactly on others, of which the first stays; and how many these were. Nobody
+    /// sees them but by the time that they take.
+    pub fn without_doubles(self) -> (Self, usize) {
+        let is_first = are_first(&self.positions, &self.triangles);
+        let doubles = is_first.iter().filter(|is_first| !**is_first).count();
+        if doubles == 0 {
+            return (self, 0);
+        }
+        let firsts = || is_first.iter().copied();
+        let kept = |array: MeshArray| {
+            let values = match array.values {
+                MeshValues::Triangles(values) => MeshValues::Triangles(
+                    values
+                        .into_iter()
+                        .zip(firsts())
+                        .filter_map(|(v, first)| first.then_some(v))
+                        .collect(),
+                ),
+                corners => corners,
+            };
+            MeshArray { values, ..array }
+        };
+        let triangles = self.triangles.iter().zip(firsts());
+        let triangles = triangles.filter_map(|(t, first)| first.then_some(*t)).collect();
+        let arrays = self.arrays.into_iter().map(kept).collect();
+        let colours = self.triangle_colours.iter().zip(firsts());
+        let triangle_colours = colours.filter_map(|(c, first)| first.then_some(*c)).collect();
+        let normals = self.soft_normals.iter().zip(firsts());
+        let soft_normals = normals.filter_map(|(n, first)| first.then_some(*n)).collect();
+        (Self { triangles, arrays, triangle_colours, soft_normals, ..self }, doubles)
+    }
+
     /// Numbers on it.
     pub fn arrays(&self) -> &[MeshArray] {
         &self.arrays
+    }
+
+    /// Whether numbers of this name are on it.
+    pub fn has_array(&self, name: &str) -> bool {
+        self.arrays.iter().any(|array| array.name == name)
     }
 
     /// The numbers of an array at the corners of each triangle, in the order of [`Mesh::triangles`]; NaN where there is no
@@ -227,9 +311,9 @@ impl Mesh {
         !self.normals.is_empty()
     }
 
-    /// Whether corners have colours of their own.
+    /// Whether corners or triangles have colours of their own.
     pub fn has_colours(&self) -> bool {
-        !self.colours.is_empty()
+        !self.colours.is_empty() || !self.triangle_colours.is_empty()
     }
 
     /// Triangles without area.
@@ -268,17 +352,23 @@ impl Mesh {
     /// Every triangle, with the corners' normals where it is to be smooth, and its own else and where
     /// those are zero.
     pub fn triangles(&self, is_smooth: bool) -> impl Iterator<Item = Triangle> + '_ {
-        let normals = if is_smooth { self.smooth_normals() } else { Vec::new() };
-        self.triangles.iter().map(move |&indices| {
+        let is_soft = is_smooth && !self.soft_normals.is_empty();
+        let normals = if is_smooth && !is_soft { self.smooth_normals() } else { Vec::new() };
+        self.triangles.iter().enumerate().map(move |(at, &indices)| {
             let flat = self.flat_normal(indices);
+            let soft = self.soft_normals.get(at).filter(|_| is_soft);
             let normal = |i: u32| match normals.get(i as usize) {
                 Some(&normal) if normal != Vec3::ZERO => normal,
                 _ => flat,
             };
             Triangle {
                 corners: indices.map(|i| self.positions[i as usize]),
-                normals: indices.map(normal),
-                colours: self.has_colours().then(|| indices.map(|i| self.colours[i as usize])),
+                normals: soft.copied().unwrap_or_else(|| indices.map(normal)),
+                colours: match self.triangle_colours.get(at) {
+                    Some(own) => Some([*own; 3]),
+                    None if self.colours.is_empty() => None,
+                    None => Some(indices.map(|i| self.colours[i as usize])),
+                },
             }
         })
     }
@@ -333,6 +423,23 @@ mod tests {
         }
         let none = array(MeshValues::Triangles(vec![f32::NAN, f32::INFINITY]));
         assert_eq!(two().with_arrays(none).unwrap().arrays()[0].range(), None);
+    }
+
+    #[test]
+    fn of_triangles_that_lie_on_one_another_the_first_stays() {
+        let mut positions = corners();
+        // Another number of the place of corner 0.
+        positions.push(-Vec3::ZERO);
+        let triangles = vec![[0, 1, 2], [0, 1, 3], [2, 4, 1], [1, 2, 0], [1, 2, 3]];
+        let mesh = Mesh::new("", positions, Vec::new(), Vec::new(), triangles).unwrap();
+        let values = MeshValues::Triangles(vec![0.0, 1.0, 2.0, 3.0, 4.0]);
+        let mesh = mesh.with_arrays(vec![MeshArray { name: "T".into(), values }]).unwrap();
+        let (mesh, doubles) = mesh.without_doubles();
+        assert_eq!((mesh.len(), doubles), (3, 2));
+        let left: Vec<f32> = mesh.values(0).map(|values| values[0]).collect();
+        assert_eq!(left, [0.0, 1.0, 4.0]);
+        let again = mesh.clone().without_doubles();
+        assert_eq!(again, (mesh, 0));
     }
 
     #[test]

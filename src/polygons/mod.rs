@@ -4,10 +4,13 @@
 //! drawing. Imports `core`.
 //! Read by `vector`, `io`, `scene`, `reference`, `gpu`, `task`, `app` and `cli`.
 
+mod doubles;
 mod mesh;
 mod nets;
 mod shapes;
+mod soft;
 
 pub use mesh::{Mesh, MeshArray, MeshError, MeshValues, Triangle};
 pub use nets::{NOTHING, Nets, Surface};
 pub use shapes::Shapes;
+pub use soft::SOFT_DEGREES;

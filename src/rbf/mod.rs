@@ -20,5 +20,5 @@ pub(crate) use encoding::four_digits;
 pub use encoding::{Blend, Encoding, Errors};
 pub use function::{Basis, Function};
 pub use listed::Listed;
-pub use neighbours::log_densities;
+pub use neighbours::{log_densities, next_distance};
 pub use points::Points;

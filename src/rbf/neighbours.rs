@@ -12,6 +12,11 @@ use crate::core::progress::{Cancelled, Ticket};
 
 /// Neighbours that tell how a sample's ellipsoid lies: those of a cubic lattice along its axes and its faces' diagonals.
 const NEIGHBOURS: usize = 18;
+/// The same of a square one, and of points on a line.
+const NEIGHBOURS_ON_A_PLANE: usize = 8;
+const NEIGHBOURS_ON_A_LINE: usize = 2;
+/// Neighbours lie on a plane or a line where across it they spread by less than this part of how they do along it.
+const FLAT: f64 = 0.1;
 /// Standard deviations of the Gaussians, of those of the neighbours: 0.6 steps of a cubic lattice, as Westover has it.
 const WIDTH: f64 = 0.8;
 /// How wide they are on a cubic lattice, in its steps: of 18 neighbours the mean square along an axis is 5/9.
@@ -73,6 +78,27 @@ impl Encoding {
     }
 }
 
+/// How far points lie from those next to them: the median distance of the fourth nearest at another place, of some of many. 1
+/// of a point alone.
+pub fn next_distance(points: &[DVec3]) -> f64 {
+    const FOURTH: usize = 4;
+    const MOST: usize = 2000;
+    let unique = merged(points.iter().map(|at| (*at, 0.0)));
+    let places = unique.iter().map(|(at, _)| Place::new(at.to_array(), 0)).collect();
+    let tree = RTree::bulk_load(places);
+    let every = unique.len().div_ceil(MOST).max(1);
+    let far = |(at, _): &(DVec3, f64)| {
+        let near = tree.nearest_neighbor_iter(at.to_array()).skip(1).take(FOURTH).last();
+        near.map(|place| DVec3::from(*place.geom()).distance(*at))
+    };
+    let mut all: Vec<f64> = unique.iter().step_by(every).filter_map(far).collect();
+    let middle = all.len() / 2;
+    match all.is_empty() {
+        true => 1.0,
+        false => *all.select_nth_unstable_by(middle, f64::total_cmp).1,
+    }
+}
+
 /// The decimal logarithm of how many points there are to a unit of volume about each: of a ball that its 18 nearest fill;
 /// those at its own place count for nothing. NaN of points that are not finite; 0 of one alone.
 pub fn log_densities(points: &[DVec3]) -> Vec<f64> {
@@ -123,28 +149,63 @@ fn shape_at(at: DVec3, tree: &RTree<Place>) -> DMat3 {
         .take(NEIGHBOURS)
         .map(|place| DVec3::from(*place.geom()) - at)
         .collect();
-    let farthest = near.iter().map(|offset| offset.length()).fold(0.0, f64::max);
-    // Alone, or so far from others that squares of distances have no number.
-    if !(farthest > 0.0 && farthest.is_finite()) {
-        return DMat3::IDENTITY;
-    }
-    // In units of the farthest: squares of great and small lengths have a number, too.
-    let mut covariance = Matrix3::<f64>::zeros();
-    for offset in near.iter().map(|offset| (*offset / farthest).to_array()) {
-        for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
-            covariance[(row, column)] += offset[row] * offset[column] / near.len() as f64;
-        }
-    }
-    let SymmetricEigen { eigenvalues, eigenvectors } = covariance.symmetric_eigen();
-    let widest = eigenvalues.max().max(0.0).sqrt();
-    let rows = [0, 1, 2].map(|i| {
-        let own = eigenvalues[i].max(0.0).sqrt().max(THINNEST * widest);
-        let axis = eigenvectors.column(i);
-        DVec3::new(axis[0], axis[1], axis[2]) / (WIDTH * own * farthest)
-    });
-    DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
+    // On a plane or a line so many neighbours lie far beyond the next ones.
+    let widths = Axes::of(&near).widths;
+    let next = match widths.iter().filter(|width| **width > FLAT * widths[2]).count() {
+        1 => NEIGHBOURS_ON_A_LINE,
+        2 => NEIGHBOURS_ON_A_PLANE,
+        _ => NEIGHBOURS,
+    };
+    Axes::of(&near[..next.min(near.len())]).shape()
 }
 
+/// How far neighbours lie in the directions of their spread.
+struct Axes {
+    /// Of length 1.
+    directions: [DVec3; 3],
+    /// Root of the mean square along each, the least first, in units of the farthest.
+    widths: [f64; 3],
+    /// Distance of the farthest; 0 where there is none, or one so far that squares of distances have no number.
+    farthest: f64,
+}
+
+impl Axes {
+    fn of(near: &[DVec3]) -> Self {
+        let farthest = near.iter().map(|offset| offset.length()).fold(0.0, f64::max);
+        if !(farthest > 0.0 && farthest.is_finite()) {
+            return Self { directions: DVec3::AXES, widths: [0.0; 3], farthest: 0.0 };
+        }
+        // In units of the farthest: squares of great and small lengths have a number, too.
+        let mut covariance = Matrix3::<f64>::zeros();
+        for offset in near.iter().map(|offset| (*offset / farthest).to_array()) {
+            for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
+                covariance[(row, column)] += offset[row] * offset[column] / near.len() as f64;
+            }
+        }
+        let SymmetricEigen { eigenvalues, eigenvectors } = covariance.symmetric_eigen();
+        let mut order = [0, 1, 2];
+        order.sort_by(|a, b| eigenvalues[*a].total_cmp(&eigenvalues[*b]));
+        let direction = |i: usize| {
+            let axis = eigenvectors.column(i);
+            DVec3::new(axis[0], axis[1], axis[2])
+        };
+        let width = |i: usize| eigenvalues[i].max(0.0).sqrt();
+        Self { directions: order.map(direction), widths: order.map(width), farthest }
+    }
+
+    /// What takes an offset to one in widths of an ellipsoid; of a sample alone the offset itself.
+    fn shape(&self) -> DMat3 {
+        if self.farthest <= 0.0 {
+            return DMat3::IDENTITY;
+        }
+        let widest = self.widths[2];
+        let row = |i: usize| {
+            let own = self.widths[i].max(THINNEST * widest);
+            self.directions[i] / (WIDTH * own * self.farthest)
+        };
+        DMat3::from_cols(row(0), row(1), row(2)).transpose()
+    }
+}
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -215,6 +276,12 @@ mod tests {
                 let thickest = half.max_element();
                 assert!(half.min_element() >= 0.2 * thickest && thickest.is_finite(), "{half}");
             }
+        }
+        // They are as wide as the next ones lie apart, however many lie beyond.
+        for (found, most) in [(&line, 1.0), (&flat, 0.9)] {
+            let inner = &found.functions()[found.functions().len() / 2];
+            let width = (inner.shape * DVec3::X).length().recip();
+            assert!((0.6..most).contains(&width), "{width}");
         }
         let found = log_densities(&[DVec3::ZERO, DVec3::NAN, DVec3::X * 0.1, DVec3::ZERO]);
         let expected = 3.0 - (4.0 / 3.0 * std::f64::consts::PI).log10();

@@ -98,9 +98,8 @@ fn drawn(scene: &Scene) -> Vec<PolygonLayer> {
 
 /// What a scene's polygons are cut by.
 fn clip_of(scene: &Scene) -> Option<(Clip, Lattice)> {
-    let is_clipped =
-        scene.inside.clip.cuts() && scene.shows_field() && Inside::is_shown_by(&scene.splat);
-    is_clipped.then(|| (scene.inside.clip.clone(), scene.lattice()))
+    let Inside { clip, .. } = scene.inside_in_place().shown_by(&scene.splat);
+    clip.cuts().then(|| (clip, scene.lattice()))
 }
 
 /// Whether a place is in what is kept of the scene.

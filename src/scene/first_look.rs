@@ -104,6 +104,7 @@ impl FirstLook {
         let statistics = &volume.statistics;
         let mut transfer = match volume.depth_in_cells() {
             Some(depth) => presets::of_cells(statistics, depth),
+            None if volume.scattered.is_some() => presets::of_points(statistics),
             None => presets::default_for(statistics),
         };
         let is_of_names = Kind::of(statistics) == Kind::Labels;
@@ -137,6 +138,11 @@ impl FirstLook {
         };
         let lighting = is_lit.then(Lighting::first_look);
         Self { transfer, lighting, splat, view }
+    }
+
+    /// The same of a file that is a surface, whose shape its light tells, whatever its numbers are like.
+    pub fn of_surface(self) -> Self {
+        Self { lighting: Some(Lighting::first_look()), ..self }
     }
 }
 

@@ -145,12 +145,16 @@ impl Scene {
         asked.filter(is_shown).filter(|effect| self.refusal_of(*effect).is_none()).collect()
     }
 
-    /// What is seen inside its field: nothing where that is hidden, nor where values are to be projected beside
-    /// vectors.
+    /// What is seen inside its field, and of surfaces by themselves: nothing where vectors alone are shown, nor where values
+    /// are to be projected beside vectors; what cuts surfaces, where they are alone.
     pub fn inside_in_place(&self) -> Inside {
-        match self.refusal_of(Effect::Clip) {
-            Some(_) => Inside::default(),
-            None => self.inside.clone(),
+        match (self.refusal_of(Effect::Clip), self.shows_field()) {
+            (Some(_), _) => Inside::default(),
+            (None, true) => self.inside.clone(),
+            (None, false) => {
+                let clip = Clip { faces: CutFaces::Through, ..self.inside.clip.clone() };
+                Inside { clip, ..Inside::default() }
+            }
         }
     }
 
@@ -195,7 +199,18 @@ pub const BACKGROUND: Srgb8 = Srgb8::BLACK;
 /// What a newly opened volume is seen as ([`FirstLook`]): what of it shows fills the view, black behind. `space` is what
 /// the file calls its space.
 pub fn first_look(source: SampleSource, volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
-    let FirstLook { transfer, lighting, splat, view } = FirstLook::of(&volume, space);
+    let look = FirstLook::of(&volume, space);
+    seen_first(source, volume, look, space)
+}
+
+/// A volume as a first look says.
+pub fn seen_first(
+    source: SampleSource,
+    volume: Arc<ScalarVolume>,
+    look: FirstLook,
+    space: Option<&str>,
+) -> Scene {
+    let FirstLook { transfer, lighting, splat, view } = look;
     let (direction, up) = view.direction_and_up(Orientation::of(space));
     let seen_by = Scene::seen_by(framing_what_shows(&volume, &transfer, direction, up));
     let shading = Shading { lighting, ..Shading::default() };

@@ -95,23 +95,22 @@ impl PolygonLook {
 }
 
 impl PolygonLayer {
-    /// A mesh as it is first seen: opaque, in its own colours, smooth if it has normals.
+    /// A mesh as it is first seen: opaque, in its own colours, smooth where its edges are blunt or its normals say so.
     pub fn new(mesh: Arc<Mesh>) -> Self {
-        let is_smooth = mesh.has_normals();
+        let is_smooth = mesh.is_smooth();
         let look = PolygonLook { colour: None, by: None, opacity: 1.0, is_smooth };
         Self { mesh, look }
     }
 
-    /// A surface as it is first seen that is all there is of its file: in its own colours, else by the numbers of this name, over
-    /// a range or all of theirs.
+    /// A surface as it is first seen that is all there is of its file: by the numbers of this name, over a range or all of
+    /// theirs, else in its own colours.
     pub fn of_surface(
         mesh: Arc<Mesh>,
-        name: &str,
+        name: Option<&str>,
         map: ColourMap,
         range: Option<[f64; 2]>,
     ) -> Self {
-        let array = mesh.arrays().iter().position(|array| array.name == name);
-        let array = array.filter(|_| !mesh.has_colours());
+        let array = mesh.arrays().iter().position(|array| Some(&*array.name) == name);
         let own = array.and_then(|at| Some((at, mesh.arrays()[at].range()?)));
         let by = own.map(|(array, own)| ByArray { array, map, range: range.unwrap_or(own) });
         let layer = Self::new(mesh);
@@ -178,7 +177,7 @@ mod tests {
     #[test]
     fn numbers_colour_corners_by_the_map_between_the_ends_of_its_range() {
         let (range, gray) = ([1.0, 5.0], ColourMap::Gray);
-        let mut layer = PolygonLayer::of_surface(mesh(Vec::new()), "T", gray, Some(range));
+        let mut layer = PolygonLayer::of_surface(mesh(Vec::new()), Some("T"), gray, Some(range));
         assert_eq!(layer.look.by, Some(ByArray { array: 1, map: gray, range }));
         // Half of the way is half of 255 as encoded.
         assert_eq!(colours(&layer), [Srgb8([0; 3]), Srgb8([128; 3]), POLYGON_COLOUR]);
@@ -187,17 +186,21 @@ mod tests {
         layer.look.by = None;
         assert_eq!(colours(&layer), [POLYGON_COLOUR; 3]);
         // Unless another was asked for, the numbers' own range.
-        let by = PolygonLayer::of_surface(mesh(Vec::new()), "T", gray, None).look.by;
+        let by = PolygonLayer::of_surface(mesh(Vec::new()), Some("T"), gray, None).look.by;
         assert_eq!(by.map(|by| by.range), Some([1.0, 3.0]));
     }
 
     #[test]
-    fn surfaces_with_colours_of_their_own_or_without_the_numbers_are_not_coloured_by_them() {
+    fn surfaces_whose_own_colours_are_drawn_or_without_the_numbers_are_not_coloured_by_them() {
         let gray = ColourMap::Gray;
         let own = [[1, 2, 3], [4, 5, 6], [7, 8, 9]].map(Srgb8);
-        let layer = PolygonLayer::of_surface(mesh(own.to_vec()), "T", gray, None);
+        let layer = PolygonLayer::of_surface(mesh(own.to_vec()), None, gray, None);
         assert_eq!((layer.look.by, colours(&layer)), (None, own));
-        assert_eq!(PolygonLayer::of_surface(mesh(Vec::new()), "U", gray, None).look.by, None);
+        // Where numbers are asked for they are shown.
+        assert!(
+            PolygonLayer::of_surface(mesh(own.to_vec()), Some("T"), gray, None).look.by.is_some()
+        );
+        assert_eq!(PolygonLayer::of_surface(mesh(Vec::new()), Some("U"), gray, None).look.by, None);
     }
 
     #[test]

@@ -32,17 +32,27 @@ type Rule = fn(&Scene) -> Option<Ground>;
 
 /// What is seen inside a field.
 const INSIDE: &[Effect] = &[Effect::Clip, Effect::Projection, Effect::Isosurfaces, Effect::Slices];
+/// What of it is of values.
+const OF_VALUES: &[Effect] = &[Effect::Projection, Effect::Isosurfaces, Effect::Slices];
 
 /// Who may not stand where, and why.
 const RULES: &[(&[Effect], Rule)] = &[
     (&[Effect::Vectors, Effect::SecondVectors], beside_triangles),
     (&[Effect::Polygons], |scene| beside_projection(scene).or_else(|| beside_triangles(scene))),
-    (INSIDE, |scene| (!scene.shows_field()).then_some(Ground::Hidden)),
+    (&[Effect::Clip], |scene| {
+        (!scene.shows_field() && !shows_surfaces_alone(scene)).then_some(Ground::Hidden)
+    }),
+    (OF_VALUES, |scene| (!scene.shows_field()).then_some(Ground::Hidden)),
     (INSIDE, |scene| {
         let projects = scene.inside.along != AlongRay::Composite && scene.shows_field();
         (projects && !scene.vectors().is_empty()).then_some(Ground::Vectors)
     }),
 ];
+
+/// Surfaces by themselves are cut, though what would be of a field is not there.
+fn shows_surfaces_alone(scene: &Scene) -> bool {
+    !scene.shows_field() && scene.vectors().is_empty() && !scene.polygons().is_empty()
+}
 
 fn beside_triangles(scene: &Scene) -> Option<Ground> {
     Ground::of_mode(&scene.splat).filter(|_| scene.shows_field())
@@ -105,8 +115,13 @@ impl std::fmt::Display for Refusal {
             ),
             Ground::Hidden => write!(
                 f,
-                "expected no {part} where the field is not drawn, as vectors and surfaces by themselves are drawn whole, \
-                 found both; show them beside the field, or leave one of the two out"
+                "expected no {part} where the field is not drawn, as {}, found both; show the field, too, or leave one of \
+                 the two out",
+                match self.part {
+                    Effect::Clip => "vectors by themselves are drawn whole",
+                    _ =>
+                        "that is of its values (a surface by itself has some at its points: --kernel ellipsoids)",
+                }
             ),
         }
     }

@@ -157,7 +157,7 @@ impl Drawer {
             self.engines.gpu()?.mark_specks(which, &view, &plan.mode, most);
         }
         let draw = |renderer: &mut Renderer, tiles: Range<u32>| match has_field {
-            false => renderer.draw_tiles_without_field(&view, &plan.mode, tiles),
+            false => renderer.draw_tiles_without_field(&view, plan, tiles),
             true => renderer.draw_slab_tiles(which, &view, &plan.mode, constants, tiles),
         };
         let (mut drawn, (splats, visits)) =

@@ -124,12 +124,24 @@ pub fn of_cells(statistics: &Statistics, depth: f64) -> TransferFunction {
     }
     let range = range(statistics, RangeRule::Percentiles);
     let [low, high] = [statistics.min, statistics.max];
-    let colour = ColourSource::Map { map: ColourMap::Viridis, range };
+    // Both of its ends are bright: most of a simulation is often at one of them, and thin matter that is dark is a fog on black.
+    let colour = ColourSource::Map { map: ColourMap::CoolWarm, range };
     let [least, most] = CELL_OPACITY.map(denser);
     match low < high {
         true => TransferFunction::of(vec![(low, least), (high, most)], colour),
         false => TransferFunction::of(vec![(low, most)], colour),
     }
+}
+
+/// A transfer function for scattered points that nobody has looked at yet: each is seen, whatever its value is. Names have a
+/// colour each.
+pub fn of_points(statistics: &Statistics) -> TransferFunction {
+    let shown = of_cells(statistics, f64::INFINITY);
+    let colour = match shown.colour {
+        ColourSource::Map { range, .. } => ColourSource::Map { map: ColourMap::Viridis, range },
+        stops => stops,
+    };
+    TransferFunction::of(vec![(statistics.min, 1.0)], colour)
 }
 
 /// For differences: clear where they are small, and of two colours by their sign.
@@ -543,6 +555,18 @@ mod tests {
             assert!((through(depth) - (1.0 - 0.7_f64.powf(1.5))).abs() < 1e-12, "{depth}");
         }
         assert_eq!(of_cells(&statistics, 0.0).opacity_at(1.0), MOST_OF_CELLS);
+    }
+
+    #[test]
+    fn of_points_all_are_seen_at_first() {
+        let (statistics, _) = of(Samples::Float32((0..100).map(|v| v as f32 / 7.0).collect()));
+        let shown = of_points(&statistics);
+        assert!([0.0, 3.0, 14.0].iter().all(|value| shown.opacity_at(*value) == 1.0));
+        // Neither end of the colours of cells is dark.
+        let cells = of_cells(&statistics, f64::INFINITY).colour;
+        for end in cells.range() {
+            assert!(cells.srgb_at(end).0.iter().any(|channel| *channel > 150), "{end}");
+        }
     }
 
     #[test]

@@ -192,6 +192,24 @@ fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
     assert!(above[0] > below[0] + 30.0, "{above:?} {below:?}");
     let turned = draw(&["--colormap", "inferno", "--color-range", "10,0"]).expect("drawn");
     assert!(turned[1][0] > turned[0][0] + 30.0, "{turned:?}");
+    // Cut, half of it is left.
+    draw(&["--clip-plane", "0,0,0,0,1,0"]).expect("cut");
+    let lit = |image: &image::RgbImage| image.pixels().filter(|p| p.0 != [0; 3]).count();
+    let cut = lit(&image::open(&picture).expect("a picture").to_rgb8());
+    draw(&[]).expect("drawn");
+    let whole = lit(&image::open(&picture).expect("a picture").to_rgb8());
+    assert!(whole > 200 && (whole / 2).abs_diff(cut) < whole / 20, "{cut} of {whole}");
+    let refused = draw(&["--slice", "x=50%"]).expect_err("it has no values between");
+    assert!(refused.contains("expected no slices where the field is not drawn"), "{refused}");
+    let refused = draw(&["--iso", "5"]).expect_err("it has no levels");
+    assert!(
+        refused.contains("expected no isosurfaces where")
+            && refused.contains("--kernel ellipsoids"),
+        "{refused}"
+    );
+    let refused = draw(&["--opacity", "0:0,10:1"]).expect_err("it has no opacities by value");
+    assert!(refused.contains("with --opacity, found a surface by itself"), "{refused}");
+    draw(&["--iso", "5", "--kernel", "ellipsoids"]).expect("points have them");
     // Its points where they are asked for.
     let points = draw(&["--kernel", "ellipsoids"]).expect("drawn");
     assert_ne!(points, draw(&[]).expect("drawn"));
@@ -213,6 +231,13 @@ fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
         let mesh = format!("{file},{what}");
         errors(&voxsplat(&["render", DEMO, "--engine", "native", "--mesh", &mesh, "-o", to]))
     };
+    let comma = folder.path().join("comma.vtk");
+    fs::write(&comma, SURFACE.replace("SCALARS heat", "SCALARS heat,K")).expect("written");
+    let by = format!("{},by=\"heat,K\",opacity=0.5", comma.display());
+    let output = voxsplat(&["render", DEMO, "--engine", "native", "--mesh", &by, "-o", to]);
+    assert!(output.status.success(), "{}", errors(&output));
+    let said = refused("by=");
+    assert!(said.contains("expected the name of an array after by=, found none"), "{said}");
     let said = refused("by=cold");
     assert!(said.contains("found cold") && said.contains("the file has heat"), "{said}");
     assert!(refused("map=gray").contains("expected by=ARRAY"), "{}", refused("map=gray"));

@@ -169,6 +169,10 @@ fn what_is_wrong_is_said_in_one_sentence() {
     let line = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n";
     let opened = read("a.obj", line.as_bytes()).unwrap();
     assert_eq!(opened.warnings, ["1 of 2 triangles have no area and are not drawn"]);
+    let doubled = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nf 1 2 3\nf 3 2 4\nf 2 1 3\n";
+    let opened = read("a.obj", doubled.as_bytes()).unwrap();
+    let said = "2 of 3 triangles lie exactly on others and are left out";
+    assert_eq!((opened.mesh.len(), &opened.warnings[..]), (1, &[said.to_owned()][..]));
 }
 
 #[test]
@@ -236,8 +240,13 @@ fn surface(name: &str, bytes: &[u8], field: Option<&str>) -> (Option<Mesh>, Vec<
     let opened = voxsplat::io::open(&path, &OpenOptions::default(), &ticket).expect("a file");
     let field = opened.grid.field(field).expect("a field");
     let drawn = (field, Component::usual(field.components));
-    let mesh = surface_of(&path, &opened.grid, drawn, &ticket).expect("a surface");
-    (mesh, opened.warnings)
+    let told = &opened.warnings;
+    let surface = surface_of(&path, &opened.grid, drawn, told, &ticket).expect("a surface");
+    let more = surface.iter().flat_map(|surface| surface.warnings.clone());
+    (
+        surface.as_ref().map(|surface| surface.mesh.clone()),
+        told.iter().cloned().chain(more).collect(),
+    )
 }
 
 fn array<'a>(mesh: &'a Mesh, name: &str) -> &'a MeshValues {
@@ -279,6 +288,19 @@ fn files_of_polygons_alone_are_surfaces_with_their_numbers_on_them() {
 }
 
 #[test]
+fn polygons_that_lie_exactly_on_others_are_left_out_and_told_of() {
+    let twice =
+        SURFACE.replace("POLYGONS 3 13\n3 0 1 4\n3 0 4 3", "POLYGONS 3 13\n3 0 1 4\n3 4 1 0");
+    let (mesh, said) = surface("a.vtk", twice.as_bytes(), Some("heat"));
+    let mesh = mesh.expect("a surface");
+    assert_eq!(
+        (mesh.len(), &said[..]),
+        (3, &["1 of 4 triangles lie exactly on others and are left out".to_owned()][..])
+    );
+    assert_eq!(*array(&mesh, "load"), MeshValues::Triangles(vec![10.0, 30.0, 30.0]));
+}
+
+#[test]
 fn files_of_triangles_open_by_themselves_and_those_of_points_as_points() {
     for (name, bytes) in [("a.stl", stl_ascii()), ("a.obj", OBJ.as_bytes().to_vec())] {
         let (mesh, said) = surface(name, &bytes, None);
@@ -299,11 +321,54 @@ fn files_of_triangles_open_by_themselves_and_those_of_points_as_points() {
     };
     assert_eq!((values("heat"), values("id")), (vec![0.5, 1.5, 2.5], vec![7.0, 8.0, 9.0]));
     assert_eq!(opened.format.name(), "ply");
-    assert!(opened.warnings[0].contains("own colours are not shown"), "{:?}", opened.warnings);
-    assert_eq!(surface("cloud.ply", points.as_bytes(), None).0, None);
+    // They are first seen in their own colours, as small bodies, which other numbers colour, too.
+    assert_eq!(opened.grid.fields[0].name, "rgb");
+    let (mesh, said) = surface("cloud.ply", points.as_bytes(), None);
+    let mesh = mesh.expect("their bodies");
+    assert_eq!((mesh.len(), said), (24, Vec::new()));
+    let colours = mesh.triangles(false).next().expect("a triangle").colours;
+    assert_eq!(colours, Some([Srgb8([1, 2, 3]); 3]));
+    let MeshValues::Corners(heat) = array(&mesh, "heat") else { panic!("on points") };
+    assert_eq!((heat[0], heat[17], heat.len()), (0.5, 2.5, 18));
     // As polygons in a volume it has none.
     let refused = read("cloud.ply", points.as_bytes()).unwrap_err();
     assert!(refused.contains("at least one triangle"), "{refused}");
+}
+
+#[test]
+fn polygons_have_the_colours_of_their_file_by_corner_or_by_cell() {
+    let head = SURFACE.split("CELL_DATA").next().expect("a head");
+    let by_cell = format!(
+        "{head}CELL_DATA 3\nSCALARS load float 1\nLOOKUP_TABLE default\n1 2 3\n\
+        COLOR_SCALARS paint 3\n1 0 0 0 1 0 0 0 1\n"
+    );
+    let (mesh, _) = surface("a.vtk", by_cell.as_bytes(), Some("paint"));
+    let mesh = mesh.expect("a surface");
+    let colours: Vec<_> = mesh.triangles(false).filter_map(|t| t.colours).collect();
+    let [red, green, blue] = [[255, 0, 0], [0, 255, 0], [0, 0, 255]].map(|c| [Srgb8(c); 3]);
+    assert_eq!(colours, [red, green, blue, blue]);
+    let by_corner =
+        format!("{head}POINT_DATA 7\nCOLOR_SCALARS paint 4\n{}0 1 0 1\n", "1 0 0 1 ".repeat(6));
+    let (mesh, _) = surface("a.vtk", by_corner.as_bytes(), None);
+    let mesh = mesh.expect("a surface");
+    assert_eq!(mesh.triangles(false).next().and_then(|t| t.colours), Some(red));
+}
+
+#[test]
+fn points_that_lie_nowhere_in_a_text_of_points_are_left_out_and_told() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+        property float heat\nend_header\n0 0 0 1\n1 0 0 2\nnan NaN -nan 3\n0 1 0 inf\n0 0 0 4\n";
+    let (_folder, path) = saved("cloud.ply", text.as_bytes());
+    let opened =
+        voxsplat::io::open(&path, &OpenOptions::default(), &Ticket::new()).expect("points");
+    let said = &opened.warnings;
+    assert!(said.iter().any(|said| said.starts_with("1 point lies nowhere")), "{said:?}");
+    assert!(
+        said.iter().any(|said| said.starts_with("1 of 4 points lie where others are")),
+        "{said:?}"
+    );
+    let heat = &opened.grid.field(Some("heat")).expect("a field").samples;
+    assert!(heat.get(3).is_nan() && heat.get(4) == 4.0);
 }
 
 #[test]

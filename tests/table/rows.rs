@@ -568,12 +568,15 @@ fn vectors() -> Vec<Row> {
 /// Polygons alone, in a field, among kernels and vectors.
 fn polygons() -> Vec<Row> {
     use Part::{
-        Alone, Clear, CutFaces, Isosurfaces, Lights, OpaquePolygons, TranslucentPolygons, Vectors,
+        Alone, Clear, Clip, CutFaces, Isosurfaces, Lights, OpaquePolygons, TranslucentPolygons,
+        Vectors,
     };
     let mut rows = vec![Row::new(Field::Noise, &[Clear, TranslucentPolygons], EXACT)];
     let both = [OpaquePolygons, TranslucentPolygons];
     let without_field = Row::new(Field::Noise, &[&both[..], &[Alone]].concat(), EXACT);
     rows.extend(both_eyes(vec![without_field]));
+    let cut = Row::new(Field::Noise, &[&both[..], &[Alone, Clip]].concat(), EXACT);
+    rows.extend(both_eyes(vec![cut]));
     rows.push(Row::new(Field::Noise, &[TranslucentPolygons, Alone], turned(published(EXACT))));
     for part in [OpaquePolygons, TranslucentPolygons] {
         rows.extend(both_eyes(vec![Row::new(Field::Noise, &[part], EXACT)]));

@@ -9,8 +9,8 @@ use super::{row_ui, slider_ui};
 use crate::app::modes;
 use crate::core::Camera;
 use crate::scene::{
-    AlongRay, Clip, ClipBox, CutFaces, Inside, MOST_CLIP_PLANES, Plane, Scene, SplatSettings,
-    box_of_what_shows,
+    AlongRay, Clip, ClipBox, CutFaces, Effect, Inside, MOST_CLIP_PLANES, Plane, Scene,
+    SplatSettings, box_of_what_shows,
 };
 use crate::volume::Lattice;
 
@@ -85,11 +85,15 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
         return;
     }
     if !scene.shows_field() {
-        note_ui(
-            ui,
-            "What is drawn without its field is drawn whole: show that under Vectors, or the points of a surface under Data, to see \
-             inside",
-        );
+        let text = match scene.refusal_of(Effect::Clip) {
+            Some(_) => {
+                "Vectors without their field are drawn whole: show that under Vectors, to see inside"
+            }
+            None => {
+                "A surface by itself is cut, and has neither slices nor isosurfaces: show its points under Data for these"
+            }
+        };
+        note_ui(ui, text);
     }
     if !Inside::is_shown_by(&scene.splat) {
         note_ui(

@@ -5,6 +5,7 @@ use crate::gpu::GpuError;
 use crate::gpu::clock::Timestamps;
 use crate::gpu::compute::{buffer, dispatch, rows_of, view as picture_at};
 use crate::gpu::frame::Pass;
+use crate::gpu::inside::in_view;
 use crate::gpu::layout::{self, TILE, narrow};
 use crate::gpu::list_plan::{MOST_LAYER_BITS, Plan, Rectangle};
 use crate::gpu::pipelines::{ListVariant, Program, flag, vector_constants};
@@ -15,6 +16,7 @@ use crate::gpu::vectors::{
     DeviceVectors, MOST_VECTOR_ENTRIES, MadeOf, VectorLook, VectorSplats, designs_of,
 };
 use crate::kernel::Kernel;
+use crate::plan::Plan as FramePlan;
 use crate::scene::{OpacityModel, Order, SplatSettings, View};
 use std::ops::Range;
 use std::sync::Arc;
@@ -168,16 +170,25 @@ impl Renderer {
     pub fn draw_tiles_without_field(
         &mut self,
         view: &View,
-        settings: &SplatSettings,
+        plan: &FramePlan,
         tiles: Range<u32>,
     ) -> Result<f64, GpuError> {
-        self.slab_settings = *settings;
-        let growth = narrow(view.eye_distance.map_or(0.0, |distance| 1.0 / distance));
+        self.slab_settings = plan.mode;
+        let (scale, growth) = match view.eye_distance {
+            None => (1.0, 0.0),
+            Some(distance) => (narrow(view.view_centre.z / distance), narrow(1.0 / distance)),
+        };
         let [width, height] = view.size;
+        let kept = plan.inside.clip.half_spaces(&plan.frame.lattice);
+        let mut clip = [[0.0; 4]; layout::MOST_CLIPS];
+        for (to, half) in clip.iter_mut().zip(&kept) {
+            *to = in_view(half, view);
+        }
         let constants = layout::VectorTiles {
             tiles: [tiles.start, width.div_ceil(TILE), width, height],
-            more: [tiles.len() as u32, 0, 0, 0],
-            rays: [growth, 0.0, 0.0, 0.0],
+            more: [tiles.len() as u32, kept.len().min(layout::MOST_CLIPS) as u32, 0, 0],
+            rays: [growth, scale, 0.0, 0.0],
+            clip,
         };
         self.context.queue.write_buffer(&self.tiles, 0, bytemuck::bytes_of(&constants));
         let wall_ms = self.run(&[Pass::CompositeVectors { tiles: tiles.len() as u32 }])?;

@@ -7,8 +7,10 @@ use glam::{DVec3, Vec3};
 use super::super::error::{Problem, ReadError};
 use super::super::unstructured::{self, Part, field_of, kind};
 use super::super::{Format, OpenOptions, Opened};
-use super::{MeshFormat, OpenedMesh, Parts, no_mesh, parts_of};
+use super::coloured_points;
+use super::{MeshFormat, OpenedMesh, Parts, no_mesh, parts_of, without_doubles};
 use crate::cells::Listing;
+use crate::core::Srgb8;
 use crate::core::progress::Ticket;
 use crate::polygons::{Mesh, MeshArray, MeshError, MeshValues};
 use crate::volume::{Association, Component, Field, Grid, Samples, Shape, VolumeError};
@@ -29,9 +31,6 @@ pub(in super::super) fn read_alone(
 ) -> Result<Opened, Problem> {
     let (parts, format, mut warnings) = parts_of(path, free_bytes, ticket)?;
     let Parts { positions, colours, triangles, numbers, .. } = parts;
-    if triangles.is_empty() && !colours.is_empty() {
-        warnings.push("the points' own colours are not shown: they are coloured by value".into());
-    }
     let types = vec![kind::TRIANGLE; triangles.len()];
     let starts = (0..=triangles.len()).map(|triangle| 3 * triangle).collect();
     let corners = triangles.into_iter().flatten().collect();
@@ -39,7 +38,11 @@ pub(in super::super) fn read_alone(
     let field = |(name, values): (String, Vec<f64>)| {
         field_of(name, (1, Association::Point), Samples::Float64(values))
     };
-    let fields = numbers.into_iter().map(field).collect();
+    let own_colours = (!colours.is_empty()).then(|| {
+        let bytes = colours.iter().flat_map(|colour| colour.0).collect();
+        field_of("rgb", (3, Association::Point), Samples::UInt8(bytes))
+    });
+    let fields = own_colours.into_iter().chain(numbers.into_iter().map(field)).collect();
     let grid = unstructured::grid(Part { listing, fields }, &[], free_bytes, &mut warnings)?;
     Ok(Opened::of(grid, Format::Polygons(format), warnings))
 }
@@ -68,12 +71,13 @@ pub(super) fn of_cells(
         Unmade::Volume(error) => Problem::from(error),
     })?;
     let is_told = |warning: &String| !warning.contains(unstructured::EMBED_THEM);
-    let warnings = opened.warnings.into_iter().filter(is_told).collect();
+    let mut warnings = opened.warnings.into_iter().filter(is_told).collect();
+    let mesh = without_doubles(mesh, &mut warnings).softened();
     Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings }))
 }
 
-/// The polygons of a file that has no cell with volume, with its fields as numbers on them ([`array_name`]), that which is drawn
-/// among them; `None` of other files.
+/// The polygons of a file that has no cell with volume, or its points where these have colours of their own, with its fields as numbers on them ([`array_name`]), that which is drawn
+/// among them; `None` of other files. What was told of the file already is not told again.
 ///
 /// # Errors
 /// Too little memory; cancelled; a file that changed since it was opened.
@@ -81,24 +85,39 @@ pub fn surface_of(
     path: &Path,
     grid: &Grid,
     drawn: (&Field, Component),
+    told: &[String],
     ticket: &Ticket,
-) -> Result<Option<Mesh>, ReadError> {
-    match &grid.shape {
-        Shape::Unstructured(cells) if cells.is_surface() => {}
-        _ => return Ok(None),
+) -> Result<Option<OpenedMesh>, ReadError> {
+    let Shape::Unstructured(cells) = &grid.shape else { return Ok(None) };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if cells.solids().is_empty() && !cells.is_surface() {
+        let mesh = coloured_points::mesh(&name, grid, drawn, ticket);
+        let mesh = mesh.map_err(|problem| problem.at(path))?;
+        let opened = |mesh| OpenedMesh { mesh, path: path.to_owned(), warnings: Vec::new() };
+        return Ok(mesh.map(opened));
+    }
+    if !cells.is_surface() {
+        return Ok(None);
     }
     if MeshFormat::of(path).is_some() {
         // It may have normals and colours, too, which grids have not. What has corners that lie nowhere is no mesh, and
         // a grid without them.
         match super::open(path, None, ticket) {
-            Ok(opened) => return Ok(Some(opened.mesh)),
+            Ok(mut opened) => {
+                opened.warnings.retain(|warning| !told.contains(warning));
+                return Ok(Some(opened));
+            }
             Err(error) if error.is_cancelled() => return Err(error),
             Err(_) => {}
         }
     }
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
     match mesh_of(grid, &name, Some(drawn), ticket) {
-        Ok(mesh) => Ok(Some(mesh)),
+        Ok(mesh) => {
+            let mut warnings = Vec::new();
+            let mesh = without_doubles(mesh, &mut warnings).softened();
+            warnings.retain(|warning| !told.contains(warning));
+            Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings }))
+        }
         // All of its polygons are of points that lie nowhere.
         Err(Unmade::Mesh(_)) => Ok(None),
         Err(Unmade::Volume(error)) => Err(Problem::from(error).at(path)),
@@ -151,8 +170,38 @@ fn mesh_of(
         };
         arrays.push(MeshArray { name, values });
     }
-    let mesh = Mesh::of_places(name, &positions, normals_of(grid), Vec::new(), triangles);
-    mesh.and_then(|mesh| mesh.with_arrays(arrays)).map_err(Unmade::Mesh)
+    let own = colours_of(grid, drawn.map(|(field, _)| field));
+    let at = |i: usize| own.map(|field| colour_at(field, i));
+    let (mut of_corners, mut of_triangles) = (Vec::new(), Vec::new());
+    match own.map(|field| field.association) {
+        // Splits add points to cells with volume alone, whose files have such colours hardly ever.
+        Some(Association::Point) if positions.len() == cells.own_points() => {
+            of_corners = (0..positions.len()).filter_map(at).collect();
+        }
+        Some(Association::Cell) => {
+            of_triangles = sources.iter().filter_map(|cell| at(*cell as usize)).collect();
+        }
+        _ => {}
+    }
+    let mesh = Mesh::of_places(name, &positions, normals_of(grid), of_corners, triangles);
+    let mesh = mesh.and_then(|mesh| mesh.with_arrays(arrays)).map_err(Unmade::Mesh)?;
+    match of_triangles.is_empty() {
+        true => Ok(mesh),
+        false => mesh.with_triangle_colours(of_triangles).map_err(Unmade::Mesh),
+    }
+}
+
+/// The field that holds a file's own colours: that which is drawn where it does, else the first.
+pub(super) fn colours_of<'a>(grid: &'a Grid, drawn: Option<&'a Field>) -> Option<&'a Field> {
+    let is_it = |field: &&Field| unstructured::holds_colours(field);
+    drawn.filter(is_it).or_else(|| grid.fields.iter().find(is_it))
+}
+
+/// The colour of a point or cell.
+pub(super) fn colour_at(field: &Field, i: usize) -> Srgb8 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bytes")]
+    let channel = |c: usize| field.samples.get(field.components * i + c) as u8;
+    Srgb8([0, 1, 2].map(channel))
 }
 
 /// Whether a field stands in for those that a file has none of, which says nothing.
@@ -174,6 +223,13 @@ fn normals_of(grid: &Grid) -> Vec<Vec3> {
     let Some(field) = grid.fields.iter().find(are_normals) else { return Vec::new() };
     let at = |i: usize| DVec3::from([0, 1, 2].map(|c| field.samples.get(3 * i + c))).as_vec3();
     (0..cells.points().len()).map(at).collect()
+}
+
+/// What a surface is coloured by where a number of a field is chosen: [`array_name`], and `None` where that are colours, which it
+/// has of its own.
+pub fn drawn_name(field: &Field, component: Component) -> Option<String> {
+    let are_colours = unstructured::holds_colours(field) && component == Component::Magnitude;
+    (!are_colours).then(|| array_name(field, component))
 }
 
 /// What a number of a field is called among the numbers on a mesh.

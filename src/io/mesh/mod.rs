@@ -7,6 +7,7 @@
 //! is known to hold it and what becomes of it.
 
 mod alone;
+mod coloured_points;
 mod obj;
 mod ply;
 mod stl;
@@ -22,7 +23,7 @@ use crate::core::memory::{self, require};
 use crate::core::progress::Ticket;
 use crate::polygons::{Mesh, MeshArray, MeshError, MeshValues};
 
-pub use alone::{array_name, surface_of};
+pub use alone::{array_name, drawn_name, surface_of};
 pub(super) use alone::{format_of, read_alone};
 
 /// A file format of triangles.
@@ -109,6 +110,7 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
     let mesh = Mesh::of_places(name, &positions, normals, colours, triangles)
         .and_then(|mesh| mesh.with_arrays(arrays))
         .map_err(no_mesh)?;
+    let mesh = without_doubles(mesh, &mut warnings).softened();
     let degenerate = mesh.degenerate();
     if degenerate > 0 {
         warnings.push(format!(
@@ -117,6 +119,17 @@ fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<OpenedMesh, Pro
         ));
     }
     Ok(OpenedMesh { mesh, path: path.to_owned(), warnings })
+}
+
+/// Leaves out triangles that lie exactly on others, and says so.
+fn without_doubles(mesh: Mesh, warnings: &mut Vec<String>) -> Mesh {
+    let all = mesh.len();
+    let (mesh, doubles) = mesh.without_doubles();
+    if doubles > 0 {
+        warnings
+            .push(format!("{doubles} of {all} triangles lie exactly on others and are left out"));
+    }
+    mesh
 }
 
 /// What a file of triangles holds, and what was ignored of it.

@@ -112,7 +112,58 @@ fn has(element: &ElementDef, name: &str) -> bool {
     element.properties.iter().any(|(property, _)| property == name)
 }
 
-pub(super) fn read(bytes: Vec<u8>, ticket: &Ticket) -> Result<Parts, Problem> {
+/// What stands in text for numbers that are none: the parser knows no word for them, and takes this for infinite.
+const BEYOND: &str = "1e999";
+
+/// Puts [`BEYOND`] in the place of words of an ascii file that say that a number is none; whether there were any.
+fn without_words(bytes: &mut Vec<u8>) -> bool {
+    let is_ascii = bytes.windows(12).take(4096).any(|words| words == b"format ascii");
+    let end = bytes.windows(11).position(|words| words == b"end_header\n");
+    let end = end.or_else(|| bytes.windows(11).position(|words| words == b"end_header\r"));
+    let (true, Some(end)) = (is_ascii, end) else { return false };
+    let begin = end + 11;
+    let is_word = |word: &[u8]| {
+        let word = word.strip_prefix(b"-").or(word.strip_prefix(b"+")).unwrap_or(word);
+        word.get(..3)
+            .is_some_and(|w| w.eq_ignore_ascii_case(b"nan") || w.eq_ignore_ascii_case(b"inf"))
+    };
+    let words = || bytes[begin..].split_inclusive(u8::is_ascii_whitespace);
+    if !words().any(is_word) {
+        return false;
+    }
+    let mut other = bytes[..begin].to_vec();
+    for word in words() {
+        match is_word(word) {
+            true => {
+                other.extend(BEYOND.as_bytes());
+                other.extend(word.iter().filter(|c| c.is_ascii_whitespace()));
+            }
+            false => other.extend(word),
+        }
+    }
+    *bytes = other;
+    true
+}
+
+/// Nothing where a number is none.
+fn known(number: f64) -> f64 {
+    if number.is_finite() { number } else { f64::NAN }
+}
+
+pub(super) fn read(mut bytes: Vec<u8>, ticket: &Ticket) -> Result<Parts, Problem> {
+    let has_words = without_words(&mut bytes);
+    let mut parts = parsed(bytes, ticket)?;
+    if has_words {
+        for place in &mut parts.positions {
+            *place = DVec3::from(place.to_array().map(known));
+        }
+        let numbers = parts.numbers.iter_mut().flat_map(|(_, numbers)| numbers);
+        numbers.for_each(|number| *number = known(*number));
+    }
+    Ok(parts)
+}
+
+fn parsed(bytes: Vec<u8>, ticket: &Ticket) -> Result<Parts, Problem> {
     let len = bytes.len() as u64;
     let mut reader = Reader::new(BufReader::new(Watched::new(bytes, ticket)));
     let parser = Parser::<Element>::new();

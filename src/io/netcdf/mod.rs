@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use self::places::Axis;
 use super::bytes;
-use super::error::{Problem, corrupt, quoted, quoted_bytes, unsupported};
+use super::error::{Problem, corrupt, quoted, quoted_bytes, truncated, unsupported};
 use super::{Format, Opened, files};
 use crate::core::memory;
 use crate::core::panics::caught;
@@ -119,14 +119,33 @@ fn load(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<(NcFile, u64), 
     let read = caught(|| NcFile::from_bytes_with_options(&content, options))
         .map_err(|words| panicked(&words))?;
     let file = read.map_err(|error| {
+        let text = error.to_string();
+        if let Some(declared) = bytes_of_records(&text) {
+            return cut_short(format!("{declared} bytes of records behind its header"), len);
+        }
+        if matches!(error, netcdf_reader::Error::UnexpectedEof { .. }) {
+            return cut_short("a NetCDF header that is whole".to_owned(), len);
+        }
         let start = quoted_bytes(&content[..content.len().min(16)]);
         corrupt(
             "a NetCDF header",
-            format!("{start} and {}", quoted(&error.to_string())),
+            format!("{start} and {}", quoted(&text)),
             "the file was cut short or altered: copy it again",
         )
     })?;
     Ok((file, len))
+}
+
+fn cut_short(expected: String, len: u64) -> Problem {
+    truncated(expected, format!("a file of {len} bytes"), "the file was cut short: copy it again")
+}
+
+/// How many bytes of records a header declares that the file has not, as the reader says it.
+fn bytes_of_records(text: &str) -> Option<u64> {
+    let (_, rest) = text.split_once(" records (")?;
+    let (bytes, rest) = rest.split_once(" bytes) but the file has only")?;
+    rest.contains("bytes").then_some(())?;
+    bytes.parse().ok()
 }
 
 fn scalar_type(variable: &NcVariable) -> Option<ScalarType> {
@@ -361,4 +380,16 @@ fn interleaved(parts: &[&Field]) -> Samples {
     let value =
         |index: usize| parts.get(index % 3).map_or(0.0, |part| part.samples.get(index / 3) as f32);
     Samples::Float32((0..3 * count).into_par_iter().map(value).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_of_records_are_told_where_the_reader_counts_them() {
+        let text = "invalid data: classic header declares 1 records (704396 bytes) but the file has only 300000 bytes";
+        assert_eq!(bytes_of_records(text), Some(704_396));
+        assert_eq!(bytes_of_records("invalid data: no records (none)"), None);
+    }
 }

@@ -6,15 +6,10 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::super::error::quoted;
-use crate::cells::Listing;
+use crate::cells::{Listing, has_volume, is_flat};
 use crate::core::counted;
 use crate::rbf::log_densities;
 use crate::volume::{Association, Field, Samples};
-
-/// Whether VTK's number is of a cell that has an area and no volume.
-fn is_flat(kind: u8) -> bool {
-    matches!(kind, 5..=9 | 22 | 23 | 28 | 30 | 34 | 36 | 69 | 70 | 76 | 77)
-}
 
 /// What to do about cells that are left out.
 pub(in super::super) const EMBED_THEM: &str =
@@ -22,7 +17,7 @@ pub(in super::super) const EMBED_THEM: &str =
 
 /// Whether cells have volume, rather than an area, a length or a place.
 fn has_solids(types: &[u8]) -> bool {
-    types.iter().any(|kind| !is_flat(*kind) && !matches!(kind, 0..=4 | 21 | 35 | 68 | 75))
+    types.iter().any(|kind| has_volume(*kind))
 }
 
 /// Whether cells are polygons, and none has volume: a surface, which has a colour without any number.
@@ -30,13 +25,22 @@ pub(super) fn are_surface(types: &[u8]) -> bool {
     types.iter().any(|kind| is_flat(*kind)) && !has_solids(types)
 }
 
-/// Puts arrays behind others that say how a surface is lit or where pictures lie on it, which is not what it is about.
-pub(super) fn looks_last(fields: &mut [Field]) {
-    let is_of_looks = |field: &Field| {
+/// Puts arrays behind others that say how a surface is lit or where pictures lie on it, which is not what it is about; and colours
+/// before others.
+pub(super) fn in_order(fields: &mut [Field]) {
+    let rank = |field: &Field| {
         let name = field.name.to_lowercase();
-        ["normals", "tcoords", "texture coordinates", "texcoords"].contains(&name.as_str())
+        match ["normals", "tcoords", "texture coordinates", "texcoords"].contains(&name.as_str()) {
+            true => 2,
+            false => u8::from(!holds_colours(field)),
+        }
     };
-    fields.sort_by_key(is_of_looks);
+    fields.sort_by_key(rank);
+}
+
+/// Whether an array is of colours: three or four bytes, as VTK takes them for.
+pub(in super::super) fn holds_colours(field: &Field) -> bool {
+    matches!(field.components, 3 | 4) && matches!(*field.samples, Samples::UInt8(_))
 }
 
 /// What becomes of cells without a volume.
@@ -52,6 +56,31 @@ pub(super) fn flat_cells(types: &[u8]) -> Option<String> {
         // They are shown as polygons.
         (_, false) => None,
     }
+}
+
+/// What becomes of points that lie nowhere, where no cell tells of them.
+pub(super) fn nowhere(listing: &Listing) -> Option<String> {
+    let count = listing.points.iter().filter(|point| !point.is_finite()).count();
+    (count > 0 && listing.types.is_empty()).then(|| {
+        let verb = if count == 1 { "lies" } else { "lie" };
+        format!("{} {verb} nowhere (NaN or infinite): left out", counted(count, "point"))
+    })
+}
+
+/// What becomes of points where others are.
+pub(super) fn coincident(points: &[DVec3]) -> Option<String> {
+    let bits = |point: &DVec3| point.to_array().map(|x| (x + 0.0).to_bits());
+    let mut all: Vec<[u64; 3]> = points.iter().filter(|p| p.is_finite()).map(bits).collect();
+    let count = all.len();
+    all.sort_unstable();
+    all.dedup();
+    let doubles = count - all.len();
+    (doubles > 0).then(|| {
+        format!(
+            "{doubles} of {} lie where others are: those at one place are drawn as one, with the mean of their values",
+            counted(count, "point")
+        )
+    })
 }
 
 /// Gives arrays of one name on the same places names of their own.
@@ -144,32 +173,39 @@ fn curved_edges(kind: u8) -> &'static [[usize; 3]] {
     }
 }
 
+/// The edges of all curved cells, each with the point in its middle; those that cells share once.
+fn edges_of(listing: &Listing) -> Vec<[usize; 3]> {
+    let mut all: Vec<[usize; 3]> = Vec::new();
+    for (cell, kind) in listing.types.iter().enumerate() {
+        let own = listing.corners.get(listing.starts[cell]..listing.starts[cell + 1]);
+        let own = own.unwrap_or_default();
+        all.extend(curved_edges(*kind).iter().filter_map(|edge| {
+            let [a, m, b] = edge.map(|i| own.get(i).map(|point| *point as usize));
+            let (a, b) = (a?, b?);
+            Some([a.min(b), m?, a.max(b)])
+        }));
+    }
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
 /// How far the straight parts that curved cells are split into are off along their edges: there a quadratic function through
 /// a, m and b differs from straight lines between these by |a − 2m + b| / 8 at most. Of the field that is off by the greatest
 /// part of its range.
 pub(super) fn straightened(listing: &Listing, fields: &[Field]) -> Option<String> {
-    let all = || {
-        listing.types.iter().enumerate().flat_map(|(cell, kind)| {
-            let own = listing.corners.get(listing.starts[cell]..listing.starts[cell + 1]);
-            let own = own.unwrap_or_default();
-            let edges = curved_edges(*kind).iter();
-            edges.filter_map(|edge| {
-                let [a, m, b] = edge.map(|i| own.get(i).map(|point| *point as usize));
-                Some([a?, m?, b?])
-            })
-        })
-    };
+    let edges = edges_of(listing);
     let is_of_lagrange = |(cell, kind): (usize, &u8)| {
         *kind == 72 && listing.starts[cell + 1].saturating_sub(listing.starts[cell]) > 8
     };
-    if all().next().is_none() && !listing.types.iter().enumerate().any(is_of_lagrange) {
+    if edges.is_empty() && !listing.types.iter().enumerate().any(is_of_lagrange) {
         return None;
     }
     let share = |field: &Field| -> f64 {
         let of = |i: usize| field.samples.get(i);
         let parts = (0..field.components).map(|c| {
             let at = |point: usize| of(point * field.components + c);
-            let off = all().map(|[a, m, b]| ((at(a) - 2.0 * at(m) + at(b)) / 8.0).abs());
+            let off = edges.iter().map(|&[a, m, b]| ((at(a) - 2.0 * at(m) + at(b)) / 8.0).abs());
             let off = off.filter(|off| off.is_finite()).fold(0.0, f64::max);
             let own = (0..field.samples.len() / field.components).map(at);
             let none = [f64::INFINITY, f64::NEG_INFINITY];

@@ -114,9 +114,6 @@ impl Attributes {
                 "correct the number, or copy the file again",
             ));
         }
-        if section.is_none() {
-            self.warn("field data (no samples) are ignored".to_owned());
-        }
         let mut read = 0;
         while read < arrays {
             let Some(line) = scanner.line()? else {
@@ -152,6 +149,11 @@ impl Attributes {
                             section.tuples,
                             section.association.name()
                         ));
+                    }
+                    // A time or a title is no loss, a list may be one.
+                    let is_list = tuples > 1 && matches!(stored, Stored::Numbers(_));
+                    if section.is_none() && is_list {
+                        self.warn("field data (no samples) are ignored".to_owned());
                     }
                     scanner.skip(stored, count(&name, tuples, components)?)?;
                 }

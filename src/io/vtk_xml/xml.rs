@@ -151,6 +151,9 @@ impl<'a> Document<'a> {
     }
 }
 
+/// What is told of numbers that belong to no points and no cells.
+pub(in super::super) const IGNORED_FIELD_DATA: &str = "field data (no samples) are ignored";
+
 /// Which of a piece's elements the arrays are in.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Section {
@@ -180,6 +183,9 @@ struct Parser<'a> {
     section: Option<Section>,
     /// Inside the last array of the last piece, at this depth of further elements.
     in_array: Option<usize>,
+    is_in_field_data: bool,
+    /// Nothing tells the byte order.
+    is_order_assumed: bool,
     is_closed: bool,
 }
 
@@ -208,7 +214,8 @@ impl<'a> Parser<'a> {
             }
             "PointData" => self.section(tag, Association::Point, is_empty)?,
             "CellData" => self.section(tag, Association::Cell, is_empty)?,
-            "FieldData" => self.warnings.push("field data (no samples) are ignored".into()),
+            "FieldData" => self.is_in_field_data = !is_empty,
+            "DataArray" if self.is_in_field_data => self.field_data(tag)?,
             "DataArray" | "Array" => self.array(tag, is_empty)?,
             name => {
                 if let Some(kind) = Kind::from_name(name) {
@@ -230,6 +237,7 @@ impl<'a> Parser<'a> {
         match name {
             "PointData" | "CellData" | "Points" | "Coordinates" | "Cells" | "Verts" | "Lines"
             | "Polys" | "Strips" => self.section = None,
+            "FieldData" => self.is_in_field_data = false,
             "VTKFile" => self.is_closed = true,
             _ => {}
         }
@@ -260,7 +268,7 @@ impl<'a> Parser<'a> {
             Some("LittleEndian") => Endian::Little,
             Some("BigEndian") => Endian::Big,
             None => {
-                self.warnings.push("nothing tells the byte order: little is assumed".into());
+                self.is_order_assumed = true;
                 Endian::Little
             }
             Some(other) => {
@@ -348,6 +356,26 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
+    /// Numbers of the whole file: a time or a title is no loss, a list may be one.
+    fn field_data(&mut self, tag: &BytesStart<'_>) -> Result<(), Problem> {
+        let tuples = attribute(tag, "NumberOfTuples")?.and_then(|n| n.trim().parse::<u64>().ok());
+        let type_name = attribute(tag, "type")?.unwrap_or_default();
+        let holds_numbers = ScalarType::from_name(&type_name.to_lowercase()).is_some();
+        if holds_numbers && tuples.is_none_or(|tuples| tuples > 1) {
+            self.warnings.push(IGNORED_FIELD_DATA.into());
+        }
+        Ok(())
+    }
+
+    /// The byte order matters to numbers that are no text.
+    fn needs_order(&self) -> bool {
+        let arrays = self.pieces.iter().flat_map(|piece| {
+            let cells = piece.cells.iter().map(|(_, array)| array);
+            piece.arrays.iter().chain(&piece.geometry).chain(cells)
+        });
+        arrays.into_iter().any(|array| !matches!(array.place, Place::Text(_)))
+    }
+
     fn array(&mut self, tag: &BytesStart<'_>, is_empty: bool) -> Result<(), Problem> {
         let (Some(section), Some(piece)) = (self.section, self.pieces.last_mut()) else {
             return Ok(());
@@ -407,6 +435,7 @@ impl<'a> Parser<'a> {
     }
 
     fn finish(mut self) -> Result<Document<'a>, Problem> {
+        let assumes_order = self.is_order_assumed && self.needs_order();
         let (Some((endian, word_bytes, compressor)), Some(whole)) = (self.file, self.whole) else {
             return Err(truncated(
                 "the elements VTKFile and ImageData, RectilinearGrid, StructuredGrid, UnstructuredGrid or PolyData",
@@ -416,6 +445,9 @@ impl<'a> Parser<'a> {
         };
         self.active
             .sort_by_key(|(rank, association, _)| (*rank, *association == Association::Cell));
+        if assumes_order {
+            self.warnings.insert(0, "nothing tells the byte order: little is assumed".into());
+        }
         self.warnings.dedup();
         Ok(Document {
             kind: whole.kind,

@@ -1,0 +1,70 @@
+//! The polygons of a file that is opened by itself and has nothing else.
+
+use std::sync::Arc;
+
+use super::flags::SceneFlags;
+use super::open::Input;
+use super::{Failure, note};
+use crate::core::{Camera, Ticket};
+use crate::io;
+use crate::polygons::Mesh;
+use crate::scene::{Look, PolygonLayer, Scene, framing_surfaces};
+use crate::transfer::{ColourMap, ColourSource};
+use crate::volume::{Component, Field};
+
+/// The polygons; `None` of files that have anything else.
+pub(super) fn of(input: &Input, flags: &SceneFlags) -> Result<Option<Mesh>, Failure> {
+    let drawn = drawn(input, flags)?;
+    let opened =
+        io::mesh::surface_of(&input.path, &input.grid, drawn, &input.warnings, &Ticket::new());
+    let Some(opened) = opened.map_err(Failure::failed)? else { return Ok(None) };
+    refuse_opacities(flags)?;
+    opened.warnings.iter().for_each(|warning| note(warning));
+    Ok(Some(opened.mesh))
+}
+
+/// Refuses what says how much of each value is seen, which surfaces show whole.
+fn refuse_opacities(flags: &SceneFlags) -> Result<(), Failure> {
+    let given = [(flags.opacity.is_some(), "--opacity"), (flags.transfer.is_some(), "--transfer")];
+    let Some((_, flag)) = given.into_iter().find(|(is_given, _)| *is_given) else { return Ok(()) };
+    Err(Failure::Usage(format!(
+        "expected a field of values with {flag}, found a surface by itself, which has no opacities by value; add --kernel \
+         ellipsoids, which draws its points, or leave {flag} out"
+    )))
+}
+
+/// Shows them in place of the field, from the same side.
+pub(super) fn show(scene: &mut Scene, input: &Input, mesh: Mesh) {
+    scene.add(input.source(mesh.name()), PolygonLayer::new(Arc::new(mesh)));
+    scene.show_field(false);
+    let Camera { direction, up, .. } = scene.camera;
+    scene.camera = framing_surfaces(scene, direction, up).unwrap_or(scene.camera);
+}
+
+/// Gives them the colours of the field.
+pub(super) fn colour(scene: &mut Scene, input: &Input, flags: &SceneFlags) -> Result<(), Failure> {
+    let (field, component) = drawn(input, flags)?;
+    let name = io::mesh::drawn_name(field, component);
+    let map = match scene.transfer().map(|transfer| &transfer.colour) {
+        Some(ColourSource::Map { map, .. }) => *map,
+        _ => ColourMap::Viridis,
+    };
+    let own = scene.polygons().into_iter().next();
+    let of = |own: PolygonLayer| {
+        PolygonLayer::of_surface(own.mesh, name.as_deref(), map, flags.color_range)
+    };
+    let look = own.map(|own| of(own).look);
+    for layer in &mut scene.layers {
+        if let (Look::Polygons(old), Some(look)) = (&mut layer.look, look) {
+            *old = look;
+        }
+    }
+    Ok(())
+}
+
+/// Which number of which field is asked for.
+fn drawn<'a>(input: &'a Input, flags: &SceneFlags) -> Result<(&'a Field, Component), Failure> {
+    let field = input.field(flags.field.as_deref());
+    let field = field.map_err(|error| Failure::Failed(input.about(&error.to_string())))?;
+    Ok((field, flags.component.unwrap_or(Component::usual(field.components))))
+}
