@@ -169,7 +169,7 @@ fn layer_ui(
         }
         ui.checkbox(&mut look.is_smooth, "Smooth")
             .accessible_name(format!("{name} smooth"))
-            .on_hover_text("Lit by the corners' normals rather than each triangle's own");
+            .on_hover_text("Lit by the file's normals, or across edges at which triangles are turned by less than 30°, rather than by each triangle's own");
     });
     removed
 }
