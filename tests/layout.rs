@@ -122,6 +122,7 @@ fn host_structs() -> [HostStruct; 15] {
             beyond,
             tiles,
             more,
+            tops,
             clip,
             slices,
             levels,
@@ -486,9 +487,15 @@ fn workgroups_have_the_size_that_the_host_dispatches() {
     let size = module.entry_points[0].workgroup_size;
     assert_eq!([size[0], size[2]], [layout::TILE, layout::GROUP_TILES]);
     assert_eq!(size[0] * size[1], layout::LIST_TILE_THREADS);
-    // The scan runs as one workgroup, within WebGPU's limit.
-    let [x, y, z] = parsed(&shader::SCAN_SEGMENTS).entry_points[0].workgroup_size;
-    assert!(x <= 256 && y == 1 && z == 1, "{x} × {y} × {z}");
+    // A workgroup a block of counts, within WebGPU's limit; a run of them a thread.
+    for shader in [shader::SUM_COUNTS, shader::SCAN_COUNTS] {
+        let module = parsed(&shader);
+        let [x, y, z] = module.entry_points[0].workgroup_size;
+        assert!(x <= 256 && y == 1 && z == 1, "{x} × {y} × {z}");
+        assert_eq!(constant(&module, "BLOCK"), Some(f64::from(layout::SCAN_BLOCK)));
+        let run = constant(&module, "RUN").expect("a constant");
+        assert_eq!(run * f64::from(x), f64::from(layout::SCAN_BLOCK));
+    }
 }
 
 #[test]
