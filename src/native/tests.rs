@@ -190,7 +190,12 @@ fn sums_of_functions_and_their_growth_are_those_of_float64_and_lie_in_their_boun
 fn means_of_ellipsoids_and_their_growth_are_those_of_float64_and_lie_in_their_bounds() {
     let dims = [16, 37, 18];
     let noise = volume(dims);
-    let any = |i: usize| ((i * 40_503 + 17) % 1009) as f64 / 1009.0;
+    // Not in a lattice, whose points would lie on lines.
+    let any = |i: usize| {
+        let mixed = (i as u32 + 17).wrapping_mul(0x9e37_79b1);
+        let mixed = (mixed ^ mixed >> 15).wrapping_mul(0x85eb_ca77);
+        f64::from(mixed ^ mixed >> 13) / f64::from(u32::MAX)
+    };
     let last = DVec3::from(dims.map(|n| n as f64 - 1.0));
     let sample = |i: usize| {
         // In two corners, so that some of it is near none.
