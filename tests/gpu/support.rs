@@ -278,13 +278,13 @@ pub(crate) struct Within {
 
 impl Within {
     /// Of triangles. Hardware snaps their corners to 1/256 of a pixel before it interpolates, which software adapters do
-    /// not; off by more than these on an H100 and an H200: max 1.0e-3, rmse 1.5e-4 (opacities of 1).
+    /// not; off by so much more on an H100 and an H200: max 2.3e-3, rmse 1.7e-4 (boxes).
     pub(crate) fn of_triangles(self) -> Self {
         if !voxsplat::gpu::has_hardware() {
             return self;
         }
         let Self { max_abs, rmse, bias } = self;
-        Self { max_abs: max_abs + 1.5e-3, rmse: rmse + 1.5e-4, bias: bias + 5e-6 }
+        Self { max_abs: max_abs + 3e-3, rmse: rmse + 2.5e-4, bias: bias + 5e-6 }
     }
 }
 
