@@ -226,6 +226,26 @@ fn projections_are_the_references_extremes_and_means() {
     }
 }
 
+/// Values that rise slowly along the rays: each brick holds a little more than all before it, and none may be leapt over.
+/// Measured: max 3.2e-3, rmse 2.8e-4, bias 3.7e-5.
+#[test]
+fn greatest_values_that_rise_slowly_are_followed_to_the_last() {
+    const RISING: Within = Within { max_abs: 6e-3, rmse: 6e-4, bias: 1e-4 };
+    let dims = [21, 18, 40];
+    let rising = |i: usize| (90 + i / (dims[0] * dims[1]) * 4 + i * 7 % 5) as u8;
+    let samples = Samples::UInt8((0..dims.into_iter().product()).map(rising).collect());
+    for along in [AlongRay::Maximum, AlongRay::Minimum] {
+        for direction in [DVec3::Z, -DVec3::Z, DVec3::new(0.2, -0.3, 0.9)] {
+            let lattice = Lattice::unit(dims);
+            let mut scene = scene(lattice, direction);
+            scene = with_field(scene, volume(lattice, samples.clone()));
+            scene.splat = SplatSettings::EXACT;
+            scene.inside = Inside { along, ..Inside::default() };
+            agrees(&format!("{} rising along {direction}", along.name()), &scene, RISING);
+        }
+    }
+}
+
 /// Opacities, lights and the order of layers have no part in a projection, and neither have parts.
 #[test]
 fn a_projection_is_of_values_alone() {
