@@ -203,8 +203,8 @@ fn means_of_ellipsoids_and_their_growth_are_those_of_float64_and_lie_in_their_bo
         let share = if i.is_multiple_of(2) { share } else { 1.0 - share };
         (noise.lattice.world_from_index(share * last), 500.0 + 100.0 * any(7 * i))
     };
-    let scattered = Scattered::new((0..120).map(sample).collect(), &Ticket::new());
-    let scattered = scattered.expect("not cancelled").map(Arc::new);
+    let scattered = Scattered::new((0..120).map(sample).collect());
+    let scattered = scattered.map(Arc::new);
     let volume = Arc::new(ScalarVolume { scattered, ..(*noise).clone() });
     let scattered = volume.scattered.as_ref().expect("it has some");
     let encoding = scattered.ellipsoids(&Ticket::new()).expect("not cancelled");

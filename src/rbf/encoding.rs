@@ -155,11 +155,15 @@ impl Encoding {
         self.bounds
     }
 
-    /// The value at a place; not a number where none is. Beyond the box, where there is no tree, all functions are looked at.
+    /// The value at a place; not a number where none is. Beyond the box, where there is no tree, all functions of a sum are
+    /// looked at; none of a mean reaches there.
     pub fn value(&self, at: DVec3) -> f64 {
         let mut bounds = self.bounds;
         if at.cmplt(bounds[0]).any() || at.cmpgt(bounds[1]).any() {
-            return self.blended(0..self.functions.len(), at);
+            return match self.blend {
+                Blend::Sum => self.blended(0..self.functions.len(), at),
+                Blend::Mean => f64::NAN,
+            };
         }
         let mut cell = self.tree();
         let list = loop {

@@ -25,6 +25,8 @@ const LATTICE_WIDTH: f64 = WIDTH * 0.745_355_992_5;
 const REACH: f64 = 3.0;
 /// Where neighbours lie on a plane or a line ellipsoids are still so thick, of their greatest width.
 const THINNEST: f64 = 0.25;
+/// The greatest width of an ellipsoid about a point, of their median.
+const WIDEST: f64 = 2.0;
 /// Samples that are looked at between two looks at the ticket.
 const A_PART: usize = 1 << 10;
 
@@ -68,14 +70,36 @@ impl Encoding {
     /// How far apart samples lie in ellipsoids about them, world: the median of the geometric means of their widths, by those
     /// that a cubic lattice has.
     pub fn sample_spacing(&self) -> f64 {
-        let width = |function: &Function| function.shape.determinant().abs().cbrt().recip();
-        let mut widths: Vec<f64> = self.functions().iter().map(width).collect();
+        self.median_width() / LATTICE_WIDTH
+    }
+
+    /// With ellipsoids of at most [`WIDEST`] times the median width, lone ones made smaller: their sample tells nothing of what
+    /// lies far from it, and they would hide all others.
+    #[must_use]
+    pub fn without_wide(self) -> Self {
+        let most = WIDEST * self.median_width();
+        let narrowed = |function: &Function| {
+            let wider = (width_of(function) / most).max(1.0);
+            Function { shape: function.shape * wider, ..*function }
+        };
+        let functions = self.functions().iter().map(narrowed).collect();
+        Self::mean(self.bias(), REACH, functions)
+    }
+
+    /// The median of the geometric means of widths, world; 0 of none.
+    fn median_width(&self) -> f64 {
+        let mut widths: Vec<f64> = self.functions().iter().map(width_of).collect();
         let middle = widths.len() / 2;
         match widths.is_empty() {
             true => 0.0,
-            false => *widths.select_nth_unstable_by(middle, f64::total_cmp).1 / LATTICE_WIDTH,
+            false => *widths.select_nth_unstable_by(middle, f64::total_cmp).1,
         }
     }
+}
+
+/// The geometric mean of an ellipsoid's widths, world.
+fn width_of(function: &Function) -> f64 {
+    function.shape.determinant().abs().cbrt().recip()
 }
 
 /// How far points lie from those next to them: the median distance of the fourth nearest at another place, of some of many. 1
@@ -216,6 +240,23 @@ mod tests {
 
     fn mean_of(samples: impl IntoIterator<Item = (DVec3, f64)>) -> Encoding {
         Encoding::about_samples(samples, &Ticket::new()).expect("not cancelled")
+    }
+
+    #[test]
+    fn a_lone_point_is_no_wider_than_others_twice() {
+        let cube = |i: usize| DVec3::new((i % 5) as f64, (i / 5 % 5) as f64, (i / 25) as f64);
+        let samples = (0..125).map(cube).chain([DVec3::new(1e5, 0.0, 0.0)]).map(|at| (at, at.x));
+        let wide = Encoding::about_samples(samples, &Ticket::new()).unwrap();
+        let narrow = wide.clone().without_wide();
+        let widest = |of: &Encoding| of.functions().iter().map(width_of).fold(0.0, f64::max);
+        assert!(
+            widest(&wide) > 1e3
+                && (widest(&narrow) / (WIDEST * narrow.median_width()) - 1.0).abs() < 1e-9
+        );
+        assert_eq!(narrow.functions()[62].shape, wide.functions()[62].shape);
+        let [a, b] = [DVec3::new(1.3, 2.2, 2.1), DVec3::new(5e4, 0.0, 0.0)];
+        assert_eq!(narrow.value(a), wide.value(a));
+        assert!(narrow.value(b).is_nan() && !wide.value(b).is_nan());
     }
 
     #[test]

@@ -370,14 +370,10 @@ impl Grid {
         ticket: &Ticket,
     ) -> Result<ScalarVolume, VolumeError> {
         let samples = self.samples_of(field, component, ticket)?;
-        let Spaced { lattice, samples, cells, scattered, range } =
+        let Spaced { lattice, samples, cells, scattered, statistics } =
             self.evenly_spaced(field, samples, ticket)?;
-        let statistics = match range {
-            // No sample may lie where cells or points have their least or greatest value; those outside are no data that
-            // is missing.
-            Some(range) => {
-                Statistics { nan_count: 0, ..Statistics::between(&samples, range, ticket)? }
-            }
+        let statistics = match statistics {
+            Some(own) => own,
             None => Statistics::of(&samples, ticket)?,
         };
         if statistics.finite_count == 0 {

@@ -28,7 +28,7 @@ pub(crate) fn points(lattice: &Lattice) -> Arc<Scattered> {
     let (first, _) = all[0];
     // One alone in the gap, and two at one place.
     all.extend([(middle, 200.0), (first, 90.0)]);
-    let found = Scattered::new(all, &Ticket::new()).expect("not cancelled");
+    let found = Scattered::new(all);
     Arc::new(found.expect("finite points"))
 }
 

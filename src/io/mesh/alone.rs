@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use super::super::error::{Problem, ReadError};
 use super::super::unstructured::{self, Part, field_of, kind};
 use super::super::{Format, OpenOptions, Opened};
-use super::coloured_points;
+use super::points;
 use super::{MeshFormat, OpenedMesh, Parts, no_mesh, parts_of, without_doubles};
 use crate::cells::Listing;
 use crate::core::Srgb8;
@@ -76,7 +76,8 @@ pub(super) fn of_cells(
     Ok(Some(OpenedMesh { mesh, path: path.to_owned(), warnings }))
 }
 
-/// The polygons of a file that has no cell with volume, or its points where these have colours of their own, with its fields as numbers on them ([`array_name`]), that which is drawn
+/// The polygons of a file that has no cell with volume, or bodies about its points where it has no polygons either, with its fields
+/// as numbers on them ([`array_name`]), that which is drawn
 /// among them; `None` of other files. What was told of the file already is not told again.
 ///
 /// # Errors
@@ -91,7 +92,7 @@ pub fn surface_of(
     let Shape::Unstructured(cells) = &grid.shape else { return Ok(None) };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if cells.solids().is_empty() && !cells.is_surface() {
-        let mesh = coloured_points::mesh(&name, grid, drawn, ticket);
+        let mesh = points::mesh(&name, grid, drawn, ticket);
         let mesh = mesh.map_err(|problem| problem.at(path))?;
         let opened = |mesh| OpenedMesh { mesh, path: path.to_owned(), warnings: Vec::new() };
         return Ok(mesh.map(opened));

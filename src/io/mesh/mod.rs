@@ -7,7 +7,7 @@
 //! is known to hold it and what becomes of it.
 
 mod alone;
-mod coloured_points;
+mod points;
 mod obj;
 mod ply;
 mod stl;

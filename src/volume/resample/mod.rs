@@ -11,7 +11,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::shape::Shape;
-use super::{Association, Field, Grid, Lattice, Samples, ScalarType, Scattered, VolumeError};
+use super::{
+    Association, Field, Grid, Lattice, Samples, ScalarType, Scattered, Statistics, VolumeError,
+};
 use crate::cells::{CellField, Cells, Kind, On, Solid};
 use crate::core::memory;
 use crate::core::progress::Ticket;
@@ -25,8 +27,8 @@ const ALWAYS_SAMPLES: usize = 1 << 15;
 const SAMPLES_A_CELL: f64 = 8.0;
 const SAMPLES_OF_CELLS: [f64; 2] = [262_144.0, 16_777_216.0];
 
-/// Points or polygons of a surface from which on ellipsoids about them, which nobody sees at first, would take seconds.
-const MOST_OF_A_SURFACE: usize = 10_000;
+/// Points or polygons from which on ellipsoids about them, which nobody sees at first, would take seconds.
+const MOST_NEIGHBOURHOODS: usize = 10_000;
 
 /// A lattice, the samples there, and what these are of.
 #[derive(Debug)]
@@ -36,14 +38,14 @@ pub(super) struct Spaced {
     /// Where there are any.
     pub cells: Option<Arc<CellField>>,
     pub scattered: Option<Arc<Scattered>>,
-    /// Least and greatest value of these.
-    pub range: Option<[f64; 2]>,
+    /// Of the values themselves, where those of the samples say something else.
+    pub statistics: Option<Statistics>,
 }
 
 impl Spaced {
     /// Samples that are drawn as they are.
     fn plain(lattice: Lattice, samples: Arc<Samples>) -> Self {
-        Self { lattice, samples, cells: None, scattered: None, range: None }
+        Self { lattice, samples, cells: None, scattered: None, statistics: None }
     }
 }
 
@@ -119,48 +121,59 @@ impl Grid {
             let lattice = lattice_in(cells.cells().bounds(), like_cubes(cells.cells()));
             let fill = Fill::Cells(&cells);
             let samples = Arc::new(fill.samples(&lattice, is_wide(&values), ticket)?);
-            let (scattered, range) = (Scattered::of_cells(&cells).map(Arc::new), cells.range());
-            return Ok(Spaced { lattice, samples, cells: Some(cells), scattered, range });
-        }
-        if let Shape::Unstructured(cells) = &self.shape
-            && cells.is_surface()
-            && values.len() > MOST_OF_A_SURFACE
-        {
-            let places = match field.association {
-                Association::Point => Arc::clone(cells.points()),
-                Association::Cell => cells.middles(),
+            let scattered = Scattered::of_cells(&cells).map(Arc::new);
+            // No sample may lie where cells have their least or greatest value; those outside are no data that is missing.
+            let statistics = match cells.range() {
+                Some(range) => {
+                    let sampled = Statistics::between(&samples, range, ticket)?;
+                    Some(Statistics { nan_count: 0, ..sampled })
+                }
+                None => None,
             };
-            return dotted(&places, &own(), &field.name);
+            return Ok(Spaced { lattice, samples, cells: Some(cells), scattered, statistics });
         }
         if let Shape::Unstructured(cells) = &self.shape {
-            let needed = Scattered::BYTES * values.len() as u64;
-            memory::require("the ellipsoids about the points", needed, memory::free_bytes())?;
-            let places = match field.association {
-                Association::Point => Arc::clone(cells.points()),
-                Association::Cell => cells.middles(),
-            };
-            let own: Vec<(DVec3, f64)> = places.iter().copied().zip(own()).collect();
-            let Some(scattered) = Scattered::new(own, ticket)? else {
-                let name = field.name.clone();
-                let found = "values or places that are not finite".to_owned();
-                return Err(VolumeError::NothingFinite { field: name, found });
-            };
-            let ellipsoids = scattered.ellipsoids(ticket)?;
-            let lattice = lattice_in(ellipsoids.bounds(), scattered.count());
-            let fill = Fill::Ellipsoids(&ellipsoids);
-            let samples = Arc::new(fill.samples(&lattice, is_wide(&values), ticket)?);
-            let range = scattered.range();
-            return Ok(Spaced {
-                lattice,
-                samples,
-                cells: None,
-                scattered: Some(Arc::new(scattered)),
-                range,
-            });
+            return self.of_points(cells, field, &values, ticket);
         }
         let lattice = lattice(&shape, dims);
         let values = samples(&values, &shape, &lattice, ticket)?;
         Ok(Spaced::plain(lattice, Arc::new(values)))
+    }
+
+    /// Values at points, of which no cell is a solid. Many are looked at one by one, on the lattice, too.
+    fn of_points(
+        &self,
+        cells: &Cells,
+        field: &Field,
+        values: &Samples,
+        ticket: &Ticket,
+    ) -> Result<Spaced, VolumeError> {
+        let places = match field.association {
+            Association::Point => Arc::clone(cells.points()),
+            Association::Cell => cells.middles(),
+        };
+        let own: Vec<f64> = (0..values.len()).into_par_iter().map(|i| values.get(i)).collect();
+        let are_many = own.len() > MOST_NEIGHBOURHOODS;
+        if are_many && cells.is_surface() {
+            return dotted(&places, &own, &field.name);
+        }
+        let needed = Scattered::BYTES * own.len() as u64;
+        memory::require("the ellipsoids about the points", needed, memory::free_bytes())?;
+        let scattered = Scattered::new(places.iter().copied().zip(own.iter().copied()).collect());
+        let Some(scattered) = scattered.map(Arc::new) else {
+            let found = "values or places that are not finite".to_owned();
+            return Err(VolumeError::NothingFinite { field: field.name.clone(), found });
+        };
+        let statistics = Some(Statistics::of(values, ticket)?);
+        if are_many {
+            let lattice = dotted(&places, &own, &field.name)?;
+            return Ok(Spaced { scattered: Some(scattered), statistics, ..lattice });
+        }
+        let ellipsoids = scattered.ellipsoids(ticket)?;
+        let lattice = lattice_in(ellipsoids.bounds(), scattered.count());
+        let samples = Fill::Ellipsoids(&ellipsoids).samples(&lattice, is_wide(values), ticket)?;
+        let samples = Arc::new(samples);
+        Ok(Spaced { scattered: Some(scattered), statistics, ..Spaced::plain(lattice, samples) })
     }
 
     /// The lattice that functions which are fitted to a field are sampled on: of unstructured cells and points one of cubes
@@ -207,8 +220,8 @@ impl Grid {
     }
 }
 
-/// Samples of a lattice, each with the value of a place about it, and the rest without any: the points of a surface, which its
-/// polygons show, without a look at their neighbours. The least and the greatest value are among them.
+/// Samples of a lattice, each with the value of a place about it, and the rest without any: points without a look at their
+/// neighbours. The least and the greatest value are among them.
 fn dotted(places: &[DVec3], values: &[f64], name: &str) -> Result<Spaced, VolumeError> {
     let is_there = |at: &usize| values[*at].is_finite() && places[*at].is_finite();
     let there: Vec<usize> = (0..values.len().min(places.len())).filter(is_there).collect();

@@ -1,4 +1,4 @@
-//! Points that have colours of their own: a small octahedron about each, lit as a ball is.
+//! Points that no cell joins: a small octahedron about each, lit as a ball is, in the point's own colour or by its numbers.
 
 use glam::{DVec3, Vec3};
 
@@ -19,7 +19,8 @@ const BYTES: u64 = 1500;
 const FACES: [[u32; 3]; 8] =
     [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
 
-/// The octahedra, with the points' numbers on them; `None` of points without colours.
+/// The octahedra, about the places that the drawn field has values at, with these and the numbers of other fields there.
+/// `None` where no place is finite.
 pub(super) fn mesh(
     name: &str,
     grid: &Grid,
@@ -27,20 +28,29 @@ pub(super) fn mesh(
     ticket: &Ticket,
 ) -> Result<Option<Mesh>, Problem> {
     let Shape::Unstructured(cells) = &grid.shape else { return Ok(None) };
-    let own = colours_of(grid, Some(drawn)).filter(|own| own.association == Association::Point);
-    let Some(own) = own else { return Ok(None) };
-    let points = &cells.points()[..cells.own_points()];
-    require("the points in their colours", BYTES * points.len() as u64, memory::free_bytes())?;
-    let there: Vec<usize> = (0..points.len()).filter(|i| points[*i].is_finite()).collect();
-    let radius = RADIUS * next_distance(points);
+    let middles;
+    let places = match drawn.association {
+        Association::Point => &cells.points()[..cells.own_points()],
+        Association::Cell => {
+            middles = cells.middles();
+            &*middles
+        }
+    };
+    require("the points as small bodies", BYTES * places.len() as u64, memory::free_bytes())?;
+    let there: Vec<usize> = (0..places.len()).filter(|i| places[*i].is_finite()).collect();
+    if there.is_empty() {
+        return Ok(None);
+    }
+    let radius = RADIUS * next_distance(places);
     let ends = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
     let about = |i: &usize| {
-        let centre = points[*i];
+        let centre = places[*i];
         ends.clone().map(move |end| centre + end * radius)
     };
     let positions: Vec<DVec3> = there.iter().flat_map(about).collect();
     let normals: Vec<Vec3> = there.iter().flat_map(|_| ends.clone().map(|e| e.as_vec3())).collect();
-    let colours = there.iter().flat_map(|i| [colour_at(own, *i); 6]).collect();
+    let own = colours_of(grid, Some(drawn)).filter(|own| own.association == drawn.association);
+    let colours = own.map(|own| there.iter().flat_map(|i| [colour_at(own, *i); 6]).collect());
     #[expect(clippy::cast_possible_truncation, reason = "memory was asked for")]
     let faces = (0..there.len() as u32).flat_map(|i| FACES.map(|face| face.map(|c| 6 * i + c)));
     let mut arrays: Vec<MeshArray> = Vec::new();
@@ -48,7 +58,7 @@ pub(super) fn mesh(
     for (field, component) in std::iter::once((drawn, component)).chain(usual) {
         let name = array_name(field, component);
         let is_known = arrays.iter().any(|array| array.name == name);
-        if is_known || field.association != Association::Point {
+        if is_known || field.association != drawn.association {
             continue;
         }
         let samples = grid.samples_of(field, component, ticket)?;
@@ -56,6 +66,7 @@ pub(super) fn mesh(
         let values = there.iter().flat_map(|i| [samples.get(*i) as f32; 6]).collect();
         arrays.push(MeshArray { name, values: MeshValues::Corners(values) });
     }
-    let mesh = Mesh::of_places(name, &positions, normals, colours, faces.collect());
+    let mesh =
+        Mesh::of_places(name, &positions, normals, colours.unwrap_or_default(), faces.collect());
     mesh.and_then(|mesh| mesh.with_arrays(arrays)).map(Some).map_err(no_mesh)
 }
