@@ -245,7 +245,7 @@ fn tables_take_places_by_name_and_keep_other_columns() {
     assert_eq!(plain.grid.fields[0].name, "log10 density");
     let commented = made("a.xyz", "# x y z val\n1 2 3 nan\n4 5 6 7\n");
     assert_eq!(commented.grid.fields[0].name, "val");
-    says("a.txt", "1 2 3\n4 5\n", &["3 numbers on line 2", "found 2"]);
+    says("a.txt", "1 2 3\n4 5\n", &["3 columns on line 2", "found 2"]);
     says("a.csv", "x,y,z\n1,2,3\n1,2,three\n", &["numbers on line 3", "\"three\""]);
     says("a.csv", "x,y\n1,2\n", &["csv"]);
 }
@@ -271,7 +271,52 @@ fn headers_of_tables_are_read_as_programs_write_them() {
     assert!(said.contains("another number of words than the rows, 4"), "{said}");
     let (_, _, said) = names_of("a,b,c,d\n1,2,3,4\n5,6,7,8\n");
     assert!(said.contains("\"a\", \"b\", \"c\"") && said.contains("rename the columns"), "{said}");
-    says("a.csv", "x,y,z\n1,2,none\n", &["a table of points", "\"x,y,z\"", "leave words out"]);
+}
+
+#[test]
+fn tables_leave_out_columns_of_words_and_take_values_as_missing() {
+    let table = made(
+        "a.csv",
+        "name,lat,lon,depth,\"mag\",kind\na,1,2,3,4,\"q\"\nb,2,3,5,NA,\"r\"\nc,7,1,0,n/a,\n",
+    );
+    assert_eq!(cells_of(&table).points()[2].to_array(), [7.0, 1.0, 0.0]);
+    let [field] = &table.grid.fields[..] else { panic!("{:?}", table.grid.fields) };
+    assert!(field.name == "mag" && field.samples.get(0) == 4.0 && field.samples.get(1).is_nan());
+    let said = table.warnings.join("; ");
+    let words = "columns of words are left out: \"name\" (such as \"a\"), \"kind\" (such as \"q\")";
+    assert!(said.contains(words) && said.contains("\"lat\", \"lon\", \"depth\""), "{said}");
+    assert!(said.contains("2 of 3 in \"mag\""), "{said}");
+    // Without names, and with decimal commas.
+    let bare = made("a.csv", "1,5;2;3;st1\n4;5;6,25;st2\n");
+    assert_eq!(cells_of(&bare).points()[1].to_array(), [4.0, 5.0, 6.25]);
+    let said = bare.warnings.join("; ");
+    assert!(said.contains("a column of words is left out: \"column 4\""), "{said}");
+    assert!(said.contains("\"1,5\", are taken for decimal points"), "{said}");
+    says("a.csv", "x,y,z,t\n1,2,3,4\n1,2,3,5\n1,b,3,c\n", &["numbers on line 4", "\"b\""]);
+    says("a.csv", "x,y,z,t\na,1,2,3\nb,1,2,4\n", &["column \"x\" of a place", "such as \"a\""]);
+    says(
+        "a.csv",
+        "a,b,c,d,e\n1,2,3,p,q\nr,s,t,p,q\nr,s,t,p,q\n",
+        &["three columns of numbers", "0 beside 5"],
+    );
+}
+
+#[test]
+fn tables_without_rows_or_places_say_what_is_missing() {
+    says("a.csv", "x,y,z,t\n", &["below the names of its columns", "\"x,y,z,t\" alone"]);
+    says(
+        "a.csv",
+        "x,y,z,t\na,b,c,d\n",
+        &["three numbers or more", "\"a,b,c,d\" below \"x,y,z,t\""],
+    );
+    says(
+        "a.csv",
+        "x,y,z,t\nnan,NA,,1\n-,nan,nan,2\n",
+        &["finite place", "2 points that lie nowhere"],
+    );
+    let lacking = made("a.csv", "x,y,z,t\n1,2,3,inf\n1,inf,3,4\n5,5,1,3\n").warnings.join("; ");
+    assert!(lacking.contains("1 of 3 in \"t\""), "{lacking}");
+    assert!(lacking.contains("1 point lies nowhere (NaN or infinite): left out"), "{lacking}");
 }
 
 #[test]
