@@ -323,11 +323,13 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
         }
         "raw" | "bin" | "dat" | "img" | "vol" => Ok(Format::Raw),
         _ if raw::guess(&name, len).dims.is_some() => Ok(Format::Raw),
-        _ => Err(unrecognised(
-            "a volume in one of the formats that are read",
-            format!("bytes that begin with {}", quoted_bytes(&start)),
-            "convert it, or give --raw-dims and --raw-type for samples without a header",
-        )),
+        _ => Err(plot3d::refusal(path, extension, &start)?.unwrap_or_else(|| {
+            unrecognised(
+                "a volume in one of the formats that are read",
+                format!("bytes that begin with {}", quoted_bytes(&start)),
+                "convert it, or give --raw-dims and --raw-type for samples without a header",
+            )
+        })),
     }
 }
 
