@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use voxsplat::cells::Cells;
 use voxsplat::core::Ticket;
 use voxsplat::io::{Format, OpenOptions, Opened, describe, open};
-use voxsplat::volume::{Association, Field, Shape};
+use voxsplat::volume::{Association, Component, Field, Shape};
 
 use crate::watching::LARGEST;
 
@@ -230,6 +230,113 @@ fn blocks_of_plot3d_are_one_grid_and_one_block_is_curvilinear() {
     let text = std::fs::read_to_string(data("single.x")).unwrap();
     let cut = text.trim_end().rsplit_once(' ').unwrap().0;
     refused("cut.x", cut);
+}
+
+#[test]
+fn damaged_plot3d_is_known_and_says_what_is_missing() {
+    let whole = std::fs::read(data("blocks.xyz")).unwrap();
+    let needed = format!(" or {} or ", whole.len());
+    says(
+        "a.xyz",
+        &whole[..whole.len() - 7],
+        &[&needed, "bytes for the 2 blocks that a PLOT3D", "cut short"],
+    );
+    let text = std::fs::read_to_string(data("single.x")).unwrap();
+    let cut = text.trim_end().rsplit_once(' ').unwrap().0;
+    says("a.x", cut, &["numbers for the", "PLOT3D", "cut short"]);
+    says("a.x", text.clone() + &" 1".repeat(20), &["PLOT3D", "more follows than a grid"]);
+    says("a.p3d", "0 0 0\n", &["PLOT3D grid, which begins with", "\"0 0 0\""]);
+}
+
+/// A .vtu of one cell of four points, and the values there.
+fn vtu(kind: u8, places: &str, values: &str) -> String {
+    let array = |of: &str, name: &str, text: &str| {
+        format!(
+            "<DataArray type=\"{of}\" Name=\"{name}\" NumberOfComponents=\"{}\" format=\"ascii\">{text}</DataArray>",
+            if name == "p" { 3 } else { 1 }
+        )
+    };
+    format!(
+        "<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\"><UnstructuredGrid><Piece \
+         NumberOfPoints=\"4\" NumberOfCells=\"1\"><PointData>{}</PointData><Points>{}</Points><Cells>{}{}{}</Cells></Piece>\
+         </UnstructuredGrid></VTKFile>",
+        array("Float64", "f", values),
+        array("Float64", "p", places),
+        array("Int64", "connectivity", "0 1 2 3"),
+        array("Int64", "offsets", "4"),
+        array("UInt8", "types", &kind.to_string()),
+    )
+}
+
+const CORNERS: &str = "0 0 0 1 0 0 0 1 0 0 0 1";
+
+#[test]
+fn cells_that_lack_something_say_what() {
+    says(
+        "a.vtu",
+        vtu(42, CORNERS, "0 1 2 3"),
+        &["\"faces\" and \"faceoffsets\"", "type 42", "neither"],
+    );
+    let tiny = CORNERS.replace('1', "1e-300");
+    says(
+        "a.vtu",
+        vtu(10, &tiny, "0 1 2 3"),
+        &["more than 1e-100", "within 1e-300", "a smaller unit"],
+    );
+    let parallel = "<VTKFile type=\"PUnstructuredGrid\" version=\"0.1\"><PUnstructuredGrid></PUnstructuredGrid></VTKFile>";
+    says("a.pvtu", parallel, &["at least one Piece", "found none"]);
+    says("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", &["at least one face", "found none"]);
+    says(
+        "a.vtk",
+        TETRAHEDRON.replace(
+            "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10",
+            "CELLS 1 500\n4 0 1 2 3\nCELL_TYPES 1\n10",
+        ),
+        &["500 numbers in text", "bytes, which hold fewer"],
+    );
+}
+
+#[test]
+fn values_that_no_cell_shows_are_counted_as_they_are() {
+    let refused = |values: &str| {
+        let opened = made("a.vtu", vtu(10, CORNERS, values));
+        let field = &opened.grid.fields[0];
+        let drawn = opened.grid.scalar(field, Component::Index(0), &Ticket::new());
+        drawn.expect_err("nothing is drawn").to_string()
+    };
+    let some = refused("0 1 inf -inf");
+    assert!(some.contains("found only 2 on no cell that can be drawn"), "{some}");
+    assert!(some.ends_with("corner and 2 infinite"), "{some}");
+    assert!(refused("nan nan nan nan").ends_with("found only 4 NaN"));
+}
+
+#[test]
+fn points_that_stand_in_for_cells_are_told_and_field_data_only_where_they_are_lost() {
+    let lost = vtu(10, &CORNERS.replacen('1', "inf", 1), "0 1 2 3");
+    let said = made("a.vtu", lost).warnings.join("; ");
+    assert!(
+        said.contains("all cells of the file have corners that lie nowhere: its points are drawn"),
+        "{said}"
+    );
+    let none = vtu(10, CORNERS, "0 1 2 3").replace("NumberOfCells=\"1\"", "NumberOfCells=\"0\"");
+    let (cells, behind) = none.split_once("<Cells>").unwrap();
+    let empty = ["0 1 2 3", "4", "10"]
+        .iter()
+        .fold(behind.to_owned(), |text, numbers| text.replace(&format!(">{numbers}<"), "><"));
+    let none = format!("{cells}<Cells>{empty}");
+    let said = made("a.vtu", none).warnings.join("; ");
+    assert!(said.contains("the file has no cells: its points are drawn by themselves"), "{said}");
+    let with = |tuples: usize| {
+        let own = format!(
+            "<UnstructuredGrid><FieldData><DataArray type=\"Float64\" Name=\"t\" NumberOfTuples=\"{tuples}\" \
+             format=\"ascii\">{}</DataArray></FieldData>",
+            "1 ".repeat(tuples)
+        );
+        let text = vtu(10, CORNERS, "0 1 2 3").replacen("<UnstructuredGrid>", &own, 1);
+        made("a.vtu", text).warnings.join("; ")
+    };
+    assert!(with(4).contains("field data"), "as many as there are points");
+    assert_eq!(with(44), "", "a number for each time step");
 }
 
 #[test]
