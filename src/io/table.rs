@@ -500,7 +500,7 @@ fn points(
         let all = without_value.len();
         without_value.truncate(MOST_TOLD);
         warnings.push(format!(
-            "points without a finite value (missing, NaN or infinite) are left out where it is drawn: {}",
+            "points are left out where they have no finite value (missing, NaN or infinite): {}",
             and_more(without_value, all)
         ));
     }

@@ -400,8 +400,8 @@ impl Grid {
                         match own.finite_count {
                             0 => others,
                             finite => format!(
-                                "{finite} on no cell that can be drawn, which takes a volume and a finite value at each \
-                                 corner{and}{others}"
+                                "{others}{and}{finite} on no cell that can be drawn, which takes a volume and a finite \
+                                 value at each corner"
                             ),
                         }
                     }
