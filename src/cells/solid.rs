@@ -208,8 +208,9 @@ const COLLAPSED: f64 = 1e-12;
 /// Beside squares of unit slopes.
 const DAMPING: f64 = 1e-14;
 const MOST_STEPS: usize = 30;
-/// Solids of less volume than this share of the cube of their diagonal are flat.
-const FLAT: f64 = 1e-12;
+/// Solids are flat whose volume is no greater than what moving their corners by so many units in the last place of the greatest
+/// coordinate along each axis can make of none.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// How far outside a solid a place still counts as inside, in single precision, in the index space of a lattice: no seam
 /// opens.
@@ -312,9 +313,14 @@ impl Placed {
     /// Its volume, negative where its points go round the other way: exact of tetrahedra; of others that of the
     /// parallelepiped at three quadrature points along each axis.
     pub fn volume(&self) -> f64 {
-        let determinant = |unit| self.at(unit).1.determinant();
+        self.integrated(|slopes| slopes.determinant())
+    }
+
+    /// A number of its slopes, summed up over it.
+    fn integrated(&self, number: impl Fn(DMat3) -> f64) -> f64 {
+        let of = |unit| number(self.at(unit).1);
         if self.kind == Kind::Tetrahedron {
-            return determinant(DVec3::ZERO) / 6.0;
+            return of(DVec3::ZERO) / 6.0;
         }
         // Gauss's rule of three points: determinants are of the fourth degree along an axis at most.
         let root = (0.6_f64).sqrt() / 2.0;
@@ -328,16 +334,25 @@ impl Placed {
                         Kind::Wedge => (DVec3::new(r * (1.0 - s), s, t), 1.0 - s),
                         _ => (DVec3::new(r, s, t), 1.0),
                     };
-                    sum += wr * ws * wt * shrunk * determinant(unit);
+                    sum += wr * ws * wt * shrunk * of(unit);
                 }
             }
         }
         sum
     }
 
-    /// Whether it has no volume to speak of.
+    /// Whether it has no volume beside the rounding of its coordinates, however long and thin it is.
     pub fn is_flat(&self) -> bool {
-        self.volume().abs() <= FLAT * self.size.powi(3)
+        let reach = self.corners().iter().fold(DVec3::ZERO, |reach, at| reach.max(at.abs()));
+        // A determinant's terms with no two of them cancelling, of which one factor is rounding.
+        let across = |a: DVec3, b: DVec3| {
+            let (a, b) = (a.abs(), b.abs());
+            DVec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
+        };
+        let doubt = self.integrated(|DMat3 { x_axis: r, y_axis: s, z_axis: t }| {
+            reach.dot(across(r, s) + across(s, t) + across(t, r))
+        });
+        self.volume().abs() <= ROUNDING * doubt
     }
 
     /// Where a place lies in it, as (r, s, t), if it does: by Newton's method, which is exact at once in tetrahedra.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::core::progress::Ticket;
+use glam::DMat3;
 
 /// The corners of a unit cube in VTK's order.
 const CUBE: [[f64; 3]; 8] = [
@@ -319,6 +320,27 @@ fn what_is_no_cell_is_refused_and_what_has_no_volume_counted() {
     assert_eq!((cells.census().not_finite, cells.solids().len()), (1, 0));
     let quad = Cells::new(listing(9, &points[..4])).unwrap();
     assert_eq!((quad.solids().len(), quad.census().by_type.get(&9)), (0, Some(&1)));
+}
+
+#[test]
+fn thin_solids_have_volume_and_only_rounding_has_none() {
+    let tetrahedron = |points: [DVec3; 4]| {
+        let mut corners = [DVec3::ZERO; 8];
+        corners[..4].copy_from_slice(&points);
+        Placed::new(Kind::Tetrahedron, corners)
+    };
+    // A needle, along an axis and turned.
+    let turns = [DMat3::IDENTITY, DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(0.3)];
+    for turn in turns {
+        let needle = [DVec3::ZERO, 1e9 * DVec3::X, 1e-3 * DVec3::Y, 1e-3 * DVec3::Z];
+        assert!(!tetrahedron(needle.map(|p| turn * p)).is_flat());
+        let flat = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(0.3, 0.4, 0.0)];
+        let away = DVec3::new(1e6, 3e5, 7e4);
+        assert!(tetrahedron(flat.map(|p| turn * p)).is_flat());
+        assert!(tetrahedron(flat.map(|p| turn * p + away)).is_flat(), "rounding is no volume");
+        let line = [0.0, 0.1, 0.7, 1.0].map(|t| turn * DVec3::new(t, 3.0 * t, 0.1 * t) + away);
+        assert!(tetrahedron(line).is_flat());
+    }
 }
 
 /// A grid of hexahedra over a box, with a wave in it.

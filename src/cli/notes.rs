@@ -3,6 +3,7 @@
 use super::flags::SceneFlags;
 use super::shading::ShadingFlags;
 use crate::core::Srgb8;
+use crate::kernel::Kernel;
 use crate::scene::{AlongRay, Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene};
 use crate::task::still::{CONVERGED, Convergence};
 
@@ -15,12 +16,20 @@ pub(super) struct Causes {
     has_isosurfaces: bool,
     has_slices: bool,
     has_flat_cells: bool,
+    /// What the field is drawn as, other than voxels.
+    drawn_as: Option<&'static str>,
 }
 
 impl Causes {
     pub(super) fn of(scene: &Scene) -> Self {
         let (shading, inside) = (&scene.shading, &scene.inside);
         Self {
+            drawn_as: match scene.splat.kernel {
+                Kernel::Cells => Some("cells"),
+                Kernel::Ellipsoids => Some("points"),
+                Kernel::Functions => Some("basis functions"),
+                _ => None,
+            },
             hides_voxels: shading.opacity.is_some() || shading.modulation.is_some(),
             is_cut: inside.clip.cuts(),
             is_lit: shading.lighting.is_some() && inside.along == AlongRay::Composite,
@@ -64,9 +73,11 @@ impl Causes {
                  which say how much of each voxel shows, and at the camera"
                     .to_owned()
             }
-            0 => "nothing can be seen in the picture, as no voxel has opacity; look at --opacity and at \
-                  the range of the data, which `voxsplat info` tells"
-                .to_owned(),
+            0 => format!(
+                "nothing can be seen in the picture, as {} opacity; look at --opacity and at the range of the data, \
+                 which `voxsplat info` tells",
+                self.drawn_as.map_or("no voxel has".to_owned(), |what| format!("none of the {what} have"))
+            ),
             _ if self.has_flat_cells => {
                 "nothing can be seen in the picture, as no cell has any volume; embed the file as polygons (--mesh) to \
                  see its cells"
@@ -76,9 +87,10 @@ impl Causes {
                 "nothing can be seen in the picture, though {} opacity; look at the \
                  opacities, at --opacity-unit-distance, which they are given over, the extent and the \
                  camera",
-                match active {
-                    1 => "1 voxel has".to_owned(),
-                    active => format!("{active} voxels have"),
+                match (self.drawn_as, active) {
+                    (Some(what), _) => format!("the {what} have"),
+                    (None, 1) => "1 voxel has".to_owned(),
+                    (None, active) => format!("{active} voxels have"),
                 }
             ),
         }
@@ -179,6 +191,13 @@ mod tests {
         let opened = Causes { has_isosurfaces: true, ..plain };
         assert!(opened.nothing_seen(0).contains("--iso and --slice"));
         assert_eq!(opened.nothing_seen(208), some);
+        let on_cells = Causes { drawn_as: Some("cells"), ..plain };
+        let (none, some) = (on_cells.nothing_seen(0), on_cells.nothing_seen(208));
+        assert!(
+            none.contains("none of the cells have") && some.contains("though the cells have"),
+            "{some}"
+        );
+        assert!(!none.contains("voxel") && !some.contains("voxel"), "{none}");
     }
 
     #[test]

@@ -8,9 +8,9 @@ use super::{Failure, note};
 use crate::core::{Camera, Ticket};
 use crate::io;
 use crate::polygons::Mesh;
-use crate::scene::{Look, PolygonLayer, Scene, framing_surfaces};
+use crate::scene::{Look, PolygonLayer, PolygonLook, Scene, framing_surfaces};
 use crate::transfer::{ColourMap, ColourSource};
-use crate::volume::{Component, Field};
+use crate::volume::{Component, Field, Shape};
 
 /// The polygons; `None` of files that have anything else.
 pub(super) fn of(input: &Input, flags: &SceneFlags) -> Result<Option<Mesh>, Failure> {
@@ -18,18 +18,27 @@ pub(super) fn of(input: &Input, flags: &SceneFlags) -> Result<Option<Mesh>, Fail
     let opened =
         io::mesh::surface_of(&input.path, &input.grid, drawn, &input.warnings, &Ticket::new());
     let Some(opened) = opened.map_err(Failure::failed)? else { return Ok(None) };
-    refuse_opacities(flags)?;
+    refuse_opacities(input, flags)?;
     opened.warnings.iter().for_each(|warning| note(warning));
     Ok(Some(opened.mesh))
 }
 
-/// Refuses what says how much of each value is seen, which surfaces show whole.
-fn refuse_opacities(flags: &SceneFlags) -> Result<(), Failure> {
+/// What is shown of a file in place of a field.
+fn noun(input: &Input) -> &'static str {
+    match &input.grid.shape {
+        Shape::Unstructured(cells) if !cells.is_surface() => "points in their own colours",
+        _ => "a surface by itself",
+    }
+}
+
+/// Refuses what says how much of each value is seen, which surfaces and coloured points show whole.
+fn refuse_opacities(input: &Input, flags: &SceneFlags) -> Result<(), Failure> {
     let given = [(flags.opacity.is_some(), "--opacity"), (flags.transfer.is_some(), "--transfer")];
     let Some((_, flag)) = given.into_iter().find(|(is_given, _)| *is_given) else { return Ok(()) };
     Err(Failure::Usage(format!(
-        "expected a field of values with {flag}, found a surface by itself, which has no opacities by value; add --kernel \
-         ellipsoids, which draws its points, or leave {flag} out"
+        "expected a field of values with {flag}, found {}, without opacities by value; add --kernel ellipsoids, which draws \
+         points by their values, or leave {flag} out",
+        noun(input)
     )))
 }
 
@@ -47,19 +56,40 @@ pub(super) fn colour(scene: &mut Scene, input: &Input, flags: &SceneFlags) -> Re
     let name = io::mesh::drawn_name(field, component);
     let map = match scene.transfer().map(|transfer| &transfer.colour) {
         Some(ColourSource::Map { map, .. }) => *map,
-        _ => ColourMap::Viridis,
+        _ => {
+            refuse_stops(input, flags)?;
+            ColourMap::Viridis
+        }
     };
     let own = scene.polygons().into_iter().next();
     let of = |own: PolygonLayer| {
         PolygonLayer::of_surface(own.mesh, name.as_deref(), map, flags.color_range)
     };
     let look = own.map(|own| of(own).look);
+    if let (Some(PolygonLook { by: None, .. }), Some(flag)) = (look, flags.of_colours()) {
+        return Err(Failure::Usage(format!(
+            "expected numbers to colour by with {flag}, found {} and no number of it chosen; choose a field of numbers with \
+             --field, where `voxsplat info` tells of one, or leave {flag} out",
+            noun(input)
+        )));
+    }
     for layer in &mut scene.layers {
         if let (Look::Polygons(old), Some(look)) = (&mut layer.look, look) {
             *old = look;
         }
     }
     Ok(())
+}
+
+/// Refuses colours at single values, of which surfaces have none: theirs run along a map.
+fn refuse_stops(input: &Input, flags: &SceneFlags) -> Result<(), Failure> {
+    let given = [(flags.color.is_some(), "--color"), (flags.preset.is_some(), "--preset")];
+    let Some((_, flag)) = given.into_iter().find(|(is_given, _)| *is_given) else { return Ok(()) };
+    Err(Failure::Usage(format!(
+        "expected --colormap for the colours of a file's polygons and coloured points, found {flag} with {}; choose a \
+         colour map, or add --kernel ellipsoids, which draws points by their values",
+        noun(input)
+    )))
 }
 
 /// Which number of which field is asked for.

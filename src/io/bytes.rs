@@ -551,6 +551,22 @@ pub(super) fn require_stored(needed_bytes: u64, stored_bytes: u64) -> Result<(),
     ))
 }
 
+/// Refuses a promise of so many numbers in text that so many bytes cannot keep: each is a character and a blank behind it, but
+/// for the last.
+///
+/// # Errors
+/// [`Problem::Truncated`].
+pub(super) fn require_text(numbers: u64, stored_bytes: u64) -> Result<(), Problem> {
+    if numbers <= stored_bytes.div_ceil(2) {
+        return Ok(());
+    }
+    Err(truncated(
+        format!("{numbers} numbers in text, as the header promises"),
+        format!("{stored_bytes} bytes, which hold fewer"),
+        "the file was cut short or its header is wrong: copy it again",
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

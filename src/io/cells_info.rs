@@ -55,7 +55,8 @@ fn total_volume(cells: &Cells) -> f64 {
         .into_par_iter()
         .map(|solid| cells.placed(solid).volume())
         .collect();
-    volumes.into_iter().sum()
+    // An empty sum is -0.
+    volumes.into_iter().sum::<f64>() + 0.0
 }
 
 /// What people call the cells of one of VTK's types.

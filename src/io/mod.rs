@@ -50,7 +50,7 @@ pub use raw::{RawLayout, RawOverrides};
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::volume::{Field, Grid};
-use error::{quoted, quoted_bytes, unrecognised};
+use error::{quoted_bytes, unrecognised};
 
 /// A file format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -317,24 +317,19 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
         _ if raw::is_told_exactly(&name, len) => Ok(Format::Raw),
         _ if plot3d::is_it(path, extension, &start)? => Ok(Format::Plot3d),
         _ if table::is_it(extension, &start) => Ok(Format::Table),
-        "csv" | "tsv" if foreign(&start).is_none() => {
-            let text = String::from_utf8_lossy(&start);
-            Err(unrecognised(
-                "a table of points, one a line: three numbers or more",
-                quoted(text.lines().next().unwrap_or_default()),
-                "separate numbers by commas, semicolons, tabs or blanks, write fractions with a point, and leave words out",
-            ))
-        }
+        "csv" | "tsv" if foreign(&start).is_none() => Err(table::refusal(&start)),
         _ if foreign(&start).is_some() => {
             Err(Problem::Foreign { name: foreign(&start).unwrap_or_default().to_owned() })
         }
         "raw" | "bin" | "dat" | "img" | "vol" => Ok(Format::Raw),
         _ if raw::guess(&name, len).dims.is_some() => Ok(Format::Raw),
-        _ => Err(unrecognised(
-            "a volume in one of the formats that are read",
-            format!("bytes that begin with {}", quoted_bytes(&start)),
-            "convert it, or give --raw-dims and --raw-type for samples without a header",
-        )),
+        _ => Err(plot3d::refusal(path, extension, &start)?.unwrap_or_else(|| {
+            unrecognised(
+                "a volume in one of the formats that are read",
+                format!("bytes that begin with {}", quoted_bytes(&start)),
+                "convert it, or give --raw-dims and --raw-type for samples without a header",
+            )
+        })),
     }
 }
 

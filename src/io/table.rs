@@ -1,11 +1,12 @@
-//! Tables of points: one a line of text, its place in three columns and numbers in the others.
+//! Tables of points: one a line of text, its place in three columns and numbers in the others. Columns of words, such as names,
+//! are left out and told.
 
 use std::io::BufRead;
 use std::path::Path;
 
 use glam::DVec3;
 
-use super::error::{Problem, header, quoted, quoted_bytes, unsupported};
+use super::error::{Problem, header, quoted, quoted_bytes, unrecognised, unsupported};
 use super::unstructured::{self, Part, field_of, kind};
 use super::{Format, Opened, files};
 use crate::cells::Listing;
@@ -19,6 +20,10 @@ const EXTENSIONS: [&str; 5] = ["txt", "csv", "tsv", "xyz", "asc"];
 const MOST_COLUMNS: usize = 1024;
 /// No line is longer.
 const LONGEST_LINE: u64 = 1 << 16;
+/// Columns that a note names, before it counts the others.
+const MOST_TOLD: usize = 4;
+/// What stands for a value that is not there, in any case.
+const MISSING: [&str; 6] = ["na", "n/a", "null", "none", "-", "--"];
 /// Names of the columns of a place.
 const PLACES: [[&str; 3]; 4] = [
     ["x", "y", "z"],
@@ -38,10 +43,46 @@ pub(super) fn is_it(extension: &str, start: &[u8]) -> bool {
     if lines.len() > 1 && !text.ends_with('\n') && start.len() >= 4096 {
         lines.pop();
     }
-    let mut lines = lines.into_iter().filter(|line| !is_comment(line));
-    let Some(first) = lines.next() else { return false };
-    let is_row = |line: &str| Separator::of(line).numbers(line).is_some_and(|row| row.len() >= 3);
-    is_row(first) || lines.next().is_some_and(is_row)
+    lines.into_iter().filter(|line| !is_comment(line)).take(2).any(is_row)
+}
+
+/// Whether a line is a row by itself: of three numbers or more, or of three or more that are missing. Words may stand among
+/// them, but where blanks separate, as they do in any text, only fewer of them than numbers.
+fn is_row(line: &str) -> bool {
+    let line = line.trim_start_matches('\u{feff}');
+    let separator = Separator::of(line);
+    let entries = separator.entries(line);
+    let count = |is: fn(&Entry) -> bool| entries.iter().filter(|entry| is(entry)).count();
+    let numbers = count(|entry| matches!(entry, Entry::Number(_)));
+    let words = count(|entry| *entry == Entry::Word);
+    let are_few = words == 0 || separator != Separator::Blanks || words < numbers;
+    let is_missing =
+        words == 0 && entries.len() >= 3 && count(|entry| *entry == Entry::Missing) > 0;
+    (numbers >= 3 && are_few) || is_missing
+}
+
+/// Why a file that is called a table is none.
+pub(super) fn refusal(start: &[u8]) -> Problem {
+    let text = String::from_utf8_lossy(start);
+    let mut lines = text.lines().filter(|line| !is_comment(line));
+    let first = lines.next().unwrap_or_default().trim_start_matches('\u{feff}');
+    let (is_header, second) = (Separator::of(first).words(first).len() >= 3, lines.next());
+    if let (true, None) = (is_header, second) {
+        return unrecognised(
+            "a table of points, one a line below the names of its columns",
+            format!("the line {} alone", quoted(first)),
+            "write the file again with its rows",
+        );
+    }
+    let found = match second {
+        Some(row) => format!("{} below {}", quoted(row), quoted(first)),
+        None => quoted(first),
+    };
+    unrecognised(
+        "a table of points, one a line: three numbers or more",
+        found,
+        "separate numbers by commas, semicolons, tabs or blanks, and give x, y and z in three columns",
+    )
 }
 
 fn is_comment(line: &str) -> bool {
@@ -60,14 +101,33 @@ enum Separator {
     Blanks,
 }
 
+/// What stands between two separators.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Entry {
+    Number(f64),
+    /// Nothing, or a word that says so.
+    Missing,
+    Word,
+}
+
 impl Separator {
-    /// That of a line.
+    /// That of a line. Commas are no separators where they stand within numbers between tabs or blanks.
     fn of(line: &str) -> Self {
-        match line {
-            line if line.contains(';') => Self::Semicolon,
-            line if line.contains(',') => Self::Comma,
-            line if line.trim().contains("\t\t") => Self::Tab,
-            _ => Self::Blanks,
+        let has = |separator| line.split(outside_quotes(|c| c == separator)).nth(1).is_some();
+        if has(';') {
+            return Self::Semicolon;
+        }
+        let are_numbers = |separator: Self| {
+            let entries = separator.entries(line);
+            let numbers = entries.iter().filter(|entry| matches!(entry, Entry::Number(_))).count();
+            (numbers >= 3, !entries.contains(&Entry::Word))
+        };
+        let between_blanks = are_numbers(Self::Blanks) == (true, true);
+        let between_tabs = !between_blanks && has('\t') && are_numbers(Self::Tab).0;
+        match () {
+            () if has(',') && !between_blanks && !between_tabs => Self::Comma,
+            () if between_tabs || line.trim().contains("\t\t") => Self::Tab,
+            () => Self::Blanks,
         }
     }
 
@@ -75,28 +135,59 @@ impl Separator {
     fn words(self, line: &str) -> Vec<&str> {
         let line = line.trim_end_matches(['\r', '\n']);
         match self {
-            Self::Comma => line.split(outside_quotes(',')).map(str::trim).collect(),
-            Self::Semicolon => line.split(outside_quotes(';')).map(str::trim).collect(),
+            Self::Comma => line.split(outside_quotes(|c| c == ',')).map(str::trim).collect(),
+            Self::Semicolon => line.split(outside_quotes(|c| c == ';')).map(str::trim).collect(),
             // Blanks beside tabs are none of their own columns.
-            Self::Tab => line.trim().split(outside_quotes('\t')).map(str::trim).collect(),
-            Self::Blanks => line.split_whitespace().collect(),
+            Self::Tab => line.trim().split(outside_quotes(|c| c == '\t')).map(str::trim).collect(),
+            Self::Blanks => {
+                let words = line.split(outside_quotes(char::is_whitespace));
+                words.filter(|word| !word.is_empty()).collect()
+            }
         }
     }
 
-    /// The numbers of a line; what is empty between two separators is NaN. `None` where a word is no number.
-    fn numbers(self, line: &str) -> Option<Vec<f64>> {
-        let number = |word: &str| if word.is_empty() { Some(f64::NAN) } else { word.parse().ok() };
-        let numbers: Vec<f64> = self.words(line).into_iter().map(number).collect::<Option<_>>()?;
-        numbers.iter().any(|number| !number.is_nan()).then_some(numbers)
+    fn entries(self, line: &str) -> Vec<Entry> {
+        self.words(line).into_iter().map(|word| self.entry(word)).collect()
+    }
+
+    /// What a word stands for; a number may lie between quotes.
+    fn entry(self, word: &str) -> Entry {
+        let word = unquoted(word);
+        match word.parse::<f64>() {
+            Ok(number) if !number.is_nan() => return Entry::Number(number),
+            Ok(_) => return Entry::Missing,
+            Err(_) => {}
+        }
+        if word.is_empty() || MISSING.iter().any(|missing| word.eq_ignore_ascii_case(missing)) {
+            return Entry::Missing;
+        }
+        let number = self.with_point(word).and_then(|word| word.parse().ok());
+        number.map_or(Entry::Word, Entry::Number)
+    }
+
+    /// A number whose fraction follows a comma (`1,5`), with a point; `None` of anything else, and where commas separate.
+    fn with_point(self, word: &str) -> Option<String> {
+        let (whole, fraction) = word.split_once(',').filter(|_| self != Self::Comma)?;
+        let is_one = whole.ends_with(|c: char| c.is_ascii_digit())
+            && fraction.starts_with(|c: char| c.is_ascii_digit())
+            && !whole.contains('.')
+            && !fraction.contains(['.', ',']);
+        is_one.then(|| format!("{whole}.{fraction}"))
     }
 }
 
+/// A word without the quotes about it.
+fn unquoted(word: &str) -> &str {
+    let within = word.strip_prefix('"').and_then(|word| word.strip_suffix('"'));
+    within.map_or(word, str::trim)
+}
+
 /// Finds separators, from the start of a line on.
-fn outside_quotes(separator: char) -> impl FnMut(char) -> bool {
+fn outside_quotes(is_separator: impl Fn(char) -> bool) -> impl FnMut(char) -> bool {
     let mut is_quoted = false;
     move |c| {
         is_quoted ^= c == '"';
-        c == separator && !is_quoted
+        is_separator(c) && !is_quoted
     }
 }
 
@@ -153,26 +244,25 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let (first, comment) = lines.next()?.ok_or_else(none)?;
     // Some programs begin what they write with a mark of its encoding.
     let first = first.trim_start_matches('\u{feff}').to_owned();
-    let mut separator = Separator::of(&first);
-    let mut names = None;
-    let mut row = separator.numbers(&first);
-    if row.is_none() {
-        refuse_row_with_word(&first, separator)?;
-        names = Some(first);
-        let (second, _) = lines.next()?.ok_or_else(none)?;
-        separator = Separator::of(&second);
-        row = separator.numbers(&second);
-    }
-    let mut row = row.filter(|row| row.len() >= 3).ok_or_else(none)?;
+    let first_at = lines.line;
+    let second = lines.next()?.map(|(line, _)| (line, lines.line));
+    let has_names = names_columns(&first, second.as_ref().map(|(line, _)| line.as_str()))?;
+    let (names, mut rows) = match (has_names, second) {
+        (true, Some(second)) => (Some(first), vec![second]),
+        (true, None) => return Err(none()),
+        (false, second) => (None, std::iter::once((first, first_at)).chain(second).collect()),
+    };
+    let separator = Separator::of(&rows[0].0);
+    let mut count = separator.words(&rows[0].0).len();
     // One name fewer, where each row ends with a separator that nothing follows.
-    let names_fewer = names
-        .as_ref()
-        .is_some_and(|line: &String| words_of_header(line, separator, row.len() - 1).is_some());
-    let ends_empty = names_fewer && row.len() > 3 && row[row.len() - 1].is_nan();
-    if ends_empty {
-        row.pop();
+    let names_fewer = names.as_ref().is_some_and(|line: &String| {
+        count > 3 && words_of_header(line, separator, count - 1).is_some()
+    });
+    let ends_empty = names_fewer && separator.words(&rows[0].0).last() == Some(&"");
+    count -= usize::from(ends_empty);
+    if count < 3 {
+        return Err(none());
     }
-    let count = row.len();
     if count > MOST_COLUMNS {
         return Err(unsupported(
             format!("at most {MOST_COLUMNS} columns"),
@@ -190,59 +280,130 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         ));
     }
     let names = names.or(comment).and_then(|line| words_of_header(&line, separator, count));
-    let mut columns: Vec<Vec<f64>> = row.into_iter().map(|number| vec![number]).collect();
+    let columns = vec![Column::default(); count];
+    let mut table = Table { separator, ends_empty, columns, with_comma: None };
+    for (line, at) in rows.drain(..) {
+        table.add(&line, at)?;
+    }
     let mut done = 0;
     while let Some((line, _)) = lines.next()? {
         done += line.len() as u64;
         if lines.line % 1024 == 0 {
             ticket.checkpoint(done, len)?;
         }
-        let mut words = separator.words(&line);
-        if ends_empty && words.len() == count + 1 && words[count].is_empty() {
+        table.add(&line, lines.line)?;
+    }
+    if let Some(word) = &table.with_comma {
+        let example = quoted(word);
+        warnings
+            .push(format!("commas within numbers, as in {example}, are taken for decimal points"));
+    }
+    points(table.columns, names, warnings, free_bytes)
+}
+
+/// The rows of a file, as its first one is separated.
+struct Table {
+    separator: Separator,
+    /// Whether each row ends with a separator that nothing follows.
+    ends_empty: bool,
+    columns: Vec<Column>,
+    /// The first number whose fraction follows a comma.
+    with_comma: Option<String>,
+}
+
+/// The numbers of a column, and what is none.
+#[derive(Debug, Clone, Default)]
+struct Column {
+    /// NaN where there is none.
+    numbers: Vec<f64>,
+    missing: usize,
+    words: usize,
+    /// The first word, and its line.
+    word: Option<(String, usize)>,
+}
+
+impl Column {
+    /// Whether it is of words, such as names: more than half of what is not missing.
+    fn is_of_words(&self) -> bool {
+        2 * self.words > self.numbers.len() - self.missing
+    }
+}
+
+impl Table {
+    fn add(&mut self, line: &str, at: usize) -> Result<(), Problem> {
+        let count = self.columns.len();
+        let mut words = self.separator.words(line);
+        if self.ends_empty && words.len() == count + 1 && words[count].is_empty() {
             words.pop();
         }
         if words.len() != count {
             return Err(header(
-                format!("{count} numbers on line {}, as on those before it", lines.line),
+                format!("{count} columns on line {at}, as on those before it"),
                 words.len().to_string(),
                 "correct the line, or write the table again",
             ));
         }
-        for (column, word) in columns.iter_mut().zip(words) {
-            let number = if word.is_empty() { Ok(f64::NAN) } else { word.parse() };
-            column.push(number.map_err(|_not| {
-                header(
-                    format!("numbers on line {}", lines.line),
-                    quoted_bytes(word.as_bytes()),
-                    "correct the line, or write the table again",
-                )
-            })?);
+        for (column, word) in self.columns.iter_mut().zip(words) {
+            let entry = self.separator.entry(word);
+            column.numbers.push(if let Entry::Number(number) = entry { number } else { f64::NAN });
+            match entry {
+                Entry::Missing => column.missing += 1,
+                Entry::Word => {
+                    column.words += 1;
+                    column.word.get_or_insert_with(|| (unquoted(word).to_owned(), at));
+                }
+                Entry::Number(_) if self.with_comma.is_none() && word.contains(',') => {
+                    self.with_comma = Some(word.to_owned());
+                }
+                Entry::Number(_) => {}
+            }
         }
+        Ok(())
     }
-    points(columns, names, warnings, free_bytes)
 }
 
-/// Refuses a first line that is a row but for a word: taken for names it would be lost.
-fn refuse_row_with_word(line: &str, separator: Separator) -> Result<(), Problem> {
-    let words = separator.words(line);
-    let is_number = |word: &&&str| word.parse::<f64>().is_ok();
-    let numbers = words.iter().filter(is_number).count();
-    let word = words.iter().find(|word| !word.is_empty() && !is_number(word));
-    match word {
-        Some(word) if 2 * numbers > words.len() => Err(header(
-            "names of columns or a row of numbers on the first line",
-            format!("both, the word {} among {numbers} numbers", quoted(word)),
-            "correct the line, or write the table again",
-        )),
-        _ => Ok(()),
+/// Whether the first line names columns rather than being a row.
+///
+/// # Errors
+/// A line of numbers with a word where the next one has none: taken for names it would be lost.
+fn names_columns(first: &str, second: Option<&str>) -> Result<bool, Problem> {
+    let separator = Separator::of(first);
+    let words = separator.words(first);
+    let entries = separator.entries(first);
+    let Some(word) = entries.iter().position(|entry| *entry == Entry::Word) else {
+        return Ok(false);
+    };
+    // Names may be numbers between quotes.
+    let is_number = |(word, entry): (&&str, &Entry)| {
+        matches!(entry, Entry::Number(_)) && !word.starts_with('"')
+    };
+    let numbers = words.iter().zip(&entries).filter(|of| is_number(*of)).count();
+    let is_alike = |row: &str| {
+        let row = separator.entries(row);
+        let pairs = entries.iter().zip(&row);
+        row.len() == entries.len()
+            && pairs.filter(|(one, _)| **one == Entry::Word).all(|(_, other)| {
+                // What is missing in a column of words is one as well.
+                matches!(other, Entry::Word | Entry::Missing)
+            })
+    };
+    if numbers >= 3 && second.is_none_or(is_alike) {
+        return Ok(false);
     }
+    if 2 * numbers > words.len() {
+        return Err(header(
+            "names of columns or a row of numbers on the first line",
+            format!("both, the word {} among {numbers} numbers", quoted(words[word])),
+            "correct the line, or write the table again",
+        ));
+    }
+    Ok(true)
 }
 
 /// Names of columns, as a line has them; `None` where it has another number of words.
 fn words_of_header(line: &str, separator: Separator, count: usize) -> Option<Vec<String>> {
     let words = |separator: Separator| -> Vec<String> {
-        let unquoted = |word: &str| word.trim_matches('"').to_owned();
-        separator.words(line).into_iter().map(unquoted).collect()
+        separator.words(line).into_iter().map(|word| word.trim_matches('"').to_owned()).collect()
     };
     let own = words(separator);
     // A header may be separated otherwise.
@@ -259,13 +420,26 @@ fn axis_name(name: &str) -> String {
 }
 
 fn points(
-    mut columns: Vec<Vec<f64>>,
+    mut columns: Vec<Column>,
     names: Option<Vec<String>>,
     mut warnings: Vec<String>,
     free_bytes: u64,
 ) -> Result<Opened, Problem> {
     let named =
         |at: usize| names.as_ref().map_or_else(|| format!("column {}", at + 1), |n| n[at].clone());
+    refuse_words_among_numbers(&columns)?;
+    let of_words: Vec<usize> = (0..columns.len()).filter(|at| columns[*at].is_of_words()).collect();
+    let example = |at: usize| columns[at].word.as_ref().map_or("", |(word, _)| word.as_str());
+    if !of_words.is_empty() {
+        let shown = of_words.iter().take(MOST_TOLD);
+        let shown =
+            shown.map(|at| format!("{} (such as {})", quoted(&named(*at)), quoted(example(*at))));
+        let (one, are) = if of_words.len() == 1 { ("a column", "is") } else { ("columns", "are") };
+        warnings.push(format!(
+            "{one} of words {are} left out: {}",
+            and_more(shown.collect(), of_words.len())
+        ));
+    }
     let place = names.as_ref().and_then(|names| {
         PLACES.iter().find_map(|place| {
             let at = place.map(|of| {
@@ -276,30 +450,83 @@ fn points(
             Some([x, y, z])
         })
     });
+    if let Some(at) = place.and_then(|place| place.into_iter().find(|at| of_words.contains(at))) {
+        return Err(header(
+            format!("numbers in the column {} of a place", quoted(&named(at))),
+            format!("words, such as {}", quoted(example(at))),
+            "rename the columns that hold the place x, y and z",
+        ));
+    }
+    let of_numbers: Vec<usize> = (0..columns.len()).filter(|at| !of_words.contains(at)).collect();
+    let first_three = match of_numbers[..] {
+        [x, y, z, ..] => [x, y, z],
+        _ => {
+            return Err(header(
+                "three columns of numbers or more",
+                format!("{} beside {} of words", of_numbers.len(), of_words.len()),
+                "give x, y and z in three columns",
+            ));
+        }
+    };
     let place = place.unwrap_or_else(|| {
-        if names.is_some() {
-            let used = [0, 1, 2].map(|at| quoted(&named(at))).join(", ");
+        if names.is_some() || first_three != [0, 1, 2] {
+            let used = first_three.map(|at| quoted(&named(at))).join(", ");
+            let of = if of_words.is_empty() { "" } else { " of numbers" };
             warnings.push(format!(
-                "no columns are called x, y and z: the first three, {used}, are taken for these; rename the columns \
+                "no columns are called x, y and z: the first three{of}, {used}, are taken for these; rename the columns \
                  that hold the place"
             ));
         }
-        [0, 1, 2]
+        first_three
     });
-    let count = columns[0].len();
-    let at = |i: usize| DVec3::from_array(place.map(|column| columns[column][i]));
+    let count = columns[0].numbers.len();
+    let at = |i: usize| DVec3::from_array(place.map(|column| columns[column].numbers[i]));
     unstructured::require_memory(count as u64, count as u64, count as u64, free_bytes)?;
     let listing = cloud((0..count).map(at).collect());
     let mut fields = Vec::new();
+    let mut without_value = Vec::new();
     for (at, column) in columns.iter_mut().enumerate() {
-        if !place.contains(&at) {
-            let samples = Samples::Float64(std::mem::take(column));
-            fields.push(field_of(named(at), (1, Association::Point), samples));
+        if place.contains(&at) || of_words.contains(&at) {
+            continue;
         }
+        let numbers = std::mem::take(&mut column.numbers);
+        let lacking = numbers.iter().filter(|number| !number.is_finite()).count();
+        if lacking > 0 {
+            without_value.push(format!("{lacking} of {count} in {}", quoted(&named(at))));
+        }
+        fields.push(field_of(named(at), (1, Association::Point), Samples::Float64(numbers)));
+    }
+    if !without_value.is_empty() {
+        let all = without_value.len();
+        without_value.truncate(MOST_TOLD);
+        warnings.push(format!(
+            "points are left out where they have no finite value (missing, NaN or infinite): {}",
+            and_more(without_value, all)
+        ));
     }
     let part = Part { listing, fields };
     let grid = unstructured::grid(part, &[], free_bytes, &mut warnings)?;
     Ok(Opened::of(grid, Format::Table, warnings))
+}
+
+/// Refuses the first word of a column that is otherwise of numbers.
+fn refuse_words_among_numbers(columns: &[Column]) -> Result<(), Problem> {
+    let among_numbers = columns.iter().filter(|column| !column.is_of_words());
+    let first = among_numbers.filter_map(|column| column.word.as_ref()).min_by_key(|(_, at)| *at);
+    let Some((word, at)) = first else { return Ok(()) };
+    Err(header(
+        format!("numbers on line {at}"),
+        quoted_bytes(word.as_bytes()),
+        "correct the line, or write the table again",
+    ))
+}
+
+/// The first of so many, and how many more there are.
+fn and_more(mut shown: Vec<String>, all: usize) -> String {
+    if all > shown.len() {
+        shown.push(format!("{} more", all - shown.len()));
+    }
+    shown.join(", ")
 }
 
 /// A cell of one point for each.
@@ -332,26 +559,61 @@ mod tests {
     }
 
     #[test]
+    fn rows_may_have_words_and_lack_values() {
+        assert!(is_it("csv", b"name,lat,lon,depth\na,1,2,3\n"));
+        assert!(is_it("csv", b"x,y,z\nnan,NA,-\n"));
+        assert!(is_it("csv", b"x;y;z\n1,5;2,25;3,0\n"));
+        assert!(is_it("txt", b"a 1 2 3\n"));
+        assert!(!is_it("txt", b"on 3 May at 4 pm, 5 came\nand left\n"), "words between blanks");
+        assert!(!is_it("csv", b"x,y,z,t\n"), "names alone");
+    }
+
+    #[test]
     fn words_are_separated_as_the_first_line_says() {
-        let numbers = |line: &str| Separator::of(line).numbers(line);
-        assert_eq!(numbers(" 1  2\t3 "), Some(vec![1.0, 2.0, 3.0]));
-        assert_eq!(numbers("1\t 2\t3\r\n"), Some(vec![1.0, 2.0, 3.0]));
-        assert_eq!(numbers(" 1  2 3 \n"), Some(vec![1.0, 2.0, 3.0]));
-        assert_eq!(numbers("1, -2e3 ,3"), Some(vec![1.0, -2000.0, 3.0]));
-        for line in ["1,,3", "1\t\t3"] {
-            let empty = numbers(line).unwrap();
-            assert!(empty[1].is_nan() && empty.len() == 3);
+        let numbers = |line: &str| -> Vec<Option<f64>> {
+            let entries = Separator::of(line).entries(line);
+            let number = |entry: Entry| match entry {
+                Entry::Number(number) => Some(number),
+                Entry::Missing => Some(-99.0),
+                Entry::Word => None,
+            };
+            entries.into_iter().map(number).collect()
+        };
+        let all = |of: &[f64]| of.iter().map(|n| Some(*n)).collect::<Vec<_>>();
+        for line in
+            [" 1  2\t3 ", "1\t 2\t3\r\n", " 1  2 3 \n", "1,2,3", "1 , 2, 3", "\"1\";\"2\";3"]
+        {
+            assert_eq!(numbers(line), all(&[1.0, 2.0, 3.0]), "{line:?}");
         }
-        assert_eq!(numbers("1,b,3"), None);
+        assert_eq!(numbers("1, -2e3 ,3"), all(&[1.0, -2000.0, 3.0]));
+        for line in
+            ["1,,3", "1\t\t3", "1,NA,3", "1 n/a 3", "1;NULL;3", "1 - 3", "1,nan,3", "1,None,3"]
+        {
+            assert_eq!(numbers(line), all(&[1.0, -99.0, 3.0]), "{line:?}");
+        }
+        // Decimal commas, where commas do not separate.
+        for line in ["1,5;2,25;3", "1,5\t2,25\t3", "1,5 2,25 3"] {
+            assert_eq!(numbers(line), all(&[1.5, 2.25, 3.0]), "{line:?}");
+        }
+        assert_eq!(numbers("1,2,3 4"), [Some(1.0), Some(2.0), None]);
+        assert_eq!(numbers("1.234,5;2;3")[0], None, "points between thousands");
+        let words = |line: &'static str| Separator::of(line).words(line);
+        assert_eq!(words("two words\t1\t2\t3"), ["two words", "1", "2", "3"]);
+        assert_eq!(words("\"a; b\",1,2,3"), ["\"a; b\"", "1", "2", "3"]);
     }
 
     #[test]
     fn a_first_row_with_a_word_is_no_header() {
-        let check = |line: &str| refuse_row_with_word(line, Separator::of(line));
-        assert!(check("1,2,b,4").is_err() && check("1 2 3 x").is_err());
-        for names in ["x,y,z,T", "x,y,z,1,2", "\"Points:0\",\"Points:1\",b,4", "12"] {
-            assert!(check(names).is_ok(), "{names}");
+        let check = |line: &str| names_columns(line, Some("1,2,3,4"));
+        assert!(check("1,2,b,4").is_err() && names_columns("1 2 3 x", Some("1 2 3 4")).is_err());
+        for names in
+            ["x,y,z,T", "x,y,z,1,2", "\"Points:0\",\"Points:1\",b,4", "a", "\"1\",\"2\",\"3\",T"]
+        {
+            assert!(check(names).unwrap(), "{names}");
         }
+        // A column of words.
+        assert!(!names_columns("st1,DE,1,2,3", Some("st2,,4,5,6")).unwrap());
+        assert!(!names_columns("1,2,3,a", None).unwrap());
     }
 
     #[test]

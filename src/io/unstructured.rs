@@ -14,7 +14,7 @@ use crate::core::counted;
 use crate::core::memory::{self, TooLarge};
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
 
-pub(super) use told::{EMBED_THEM, holds_colours};
+pub(super) use told::{EMBED_THEM, holds_colours, points_alone};
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
 pub(super) mod kind {
@@ -32,6 +32,8 @@ pub(super) mod kind {
 
 /// Coordinates farther from 0 have no volume that 64 bits hold.
 const FARTHEST: f64 = 1e100;
+/// Points within less have no volume that 64 bits hold.
+const NARROWEST: f64 = 1e-100;
 /// Bytes of a point while it is read and joined, and as it is kept.
 const POINT_BYTES: u64 = 72;
 /// Bytes of a cell's type and start, twice.
@@ -478,21 +480,34 @@ pub(super) fn grid(
         listing.starts.push(0);
     }
     let (points, cells) = (listing.points.len(), listing.types.len());
-    if !listing.points.iter().any(|point| point.is_finite()) {
-        let found = if points == 0 { "none".to_owned() } else { format!("{points} others") };
+    if points == 0 {
+        return Err(header("at least one point", "none", "write the file again with its points"));
+    }
+    let finite = || listing.points.iter().filter(|point| point.is_finite());
+    if finite().next().is_none() {
+        let lie = if points == 1 { "lies" } else { "lie" };
         return Err(header(
             "at least one point at a finite place",
-            found,
-            "write the file again with its points",
+            format!("{} that {lie} nowhere (NaN or infinite)", counted(points, "point")),
+            "write the file again with its places",
         ));
     }
-    let finite = listing.points.iter().filter(|point| point.is_finite());
-    let farthest = finite.map(|point| point.abs().max_element()).fold(0.0, f64::max);
+    let farthest = finite().map(|point| point.abs().max_element()).fold(0.0, f64::max);
     if farthest > FARTHEST {
         return Err(header(
             format!("coordinates within {FARTHEST:e} of 0, whose volumes have a number"),
             format!("{farthest:e}"),
             "write them in a greater unit",
+        ));
+    }
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [low, high] = finite().fold(none, |[low, high], at| [low.min(*at), high.max(*at)]);
+    let width = (high - low).max_element();
+    if width > 0.0 && width < NARROWEST {
+        return Err(header(
+            format!("points over more than {NARROWEST:e}, whose volumes have a number"),
+            format!("all of them within {width:e}"),
+            "write them in a smaller unit",
         ));
     }
     let solids = solids_most(&listing);

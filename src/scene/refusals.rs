@@ -113,15 +113,15 @@ impl std::fmt::Display for Refusal {
                 "expected no {part} with vectors, which has no slabs that they could lie in, found both; leave \
                  one of the two out"
             ),
+            Ground::Hidden if self.part == Effect::Clip => write!(
+                f,
+                "expected no {part} where the field is not drawn, as vectors by themselves are drawn whole, found both; \
+                 show the field, too, or leave one of the two out"
+            ),
             Ground::Hidden => write!(
                 f,
-                "expected no {part} where the field is not drawn, as {}, found both; show the field, too, or leave one of \
-                 the two out",
-                match self.part {
-                    Effect::Clip => "vectors by themselves are drawn whole",
-                    _ =>
-                        "that is of its values (a surface by itself has some at its points: --kernel ellipsoids)",
-                }
+                "expected a field that is drawn with {part}, found none; show the field (that of a file of polygons or \
+                 coloured points by --kernel ellipsoids), or leave the {part} out"
             ),
         }
     }

@@ -66,7 +66,12 @@ pub fn tubes(
     }
     let none = GlyphError::None {
         what: "streamlines",
-        advice: "seed them where the vectors are not zero, within their grid",
+        advice: match lines.iter().any(|line| line.places.len() > 1) {
+            true => {
+                "their tubes are so wide that their length is nothing beside it: choose a smaller radius"
+            }
+            false => "seed them where the vectors are not zero, within their grid",
+        },
     };
     match shapes.is_empty() {
         true => Err(none),

@@ -387,14 +387,17 @@ impl Grid {
                         statistics.infinite_count,
                         samples.scalar_type().name()
                     ),
-                    _ if matches!(self.shape, Shape::Unstructured(_)) => {
+                    _ if !matches!(self.shape, Shape::Affine) => {
                         // What was sampled of them is not what the file has.
-                        let own = Statistics::of(&field.samples, ticket)?;
+                        let own =
+                            Statistics::of(&*self.samples_of(field, component, ticket)?, ticket)?;
+                        let others = not_finite(&own);
+                        let and = if others.is_empty() { "" } else { " and " };
                         match own.finite_count {
-                            0 => not_finite(&own),
+                            0 => others,
                             finite => format!(
-                                "{finite} that lie on no cell with a volume, {}",
-                                not_finite(&own)
+                                "{others}{and}{finite} on no cell that can be drawn, which takes a volume and a finite \
+                                 value at each corner"
                             ),
                         }
                     }
@@ -548,9 +551,14 @@ impl ScalarVolume {
     }
 }
 
-/// How many samples are no numbers, in words.
+/// How many samples are no numbers, in words; nothing where all are.
 fn not_finite(statistics: &Statistics) -> String {
-    format!("{} NaN and {} infinite", statistics.nan_count, statistics.infinite_count)
+    match (statistics.nan_count, statistics.infinite_count) {
+        (0, 0) => String::new(),
+        (nan, 0) => format!("{nan} NaN"),
+        (0, infinite) => format!("{infinite} infinite"),
+        (nan, infinite) => format!("{nan} NaN and {infinite} infinite"),
+    }
 }
 
 #[cfg(test)]

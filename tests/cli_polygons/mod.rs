@@ -172,6 +172,41 @@ fn halves(path: &Path) -> [[f64; 2]; 2] {
 }
 
 #[test]
+fn colours_by_value_are_refused_where_no_number_is_shown() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let to = folder.path().join("s.png");
+    let said = |name: &str, text: &str, flags: &[&str]| {
+        let file = folder.path().join(name);
+        fs::write(&file, text).expect("written");
+        let [file, to] = [&file, &to].map(|path| path.to_str().expect("UTF-8"));
+        let own = ["render", file, "--engine", "native", "--resolution", "32,32", "-o", to];
+        errors(&voxsplat(&[&own[..], flags].concat()))
+    };
+    let bare = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let refused = said("s.obj", bare, &["--colormap", "gray"]);
+    assert!(
+        refused.contains("numbers to colour by with --colormap, found a surface by itself"),
+        "{refused}"
+    );
+    let head = "ply\nformat ascii 1.0\nelement vertex 2\n";
+    let of = |kind: &str, name: &str| format!("property {kind} {name}\n");
+    let places = ["x", "y", "z"].map(|name| of("float", name)).concat();
+    let colours = ["red", "green", "blue"].map(|name| of("uchar", name)).concat();
+    let cloud = format!(
+        "{head}{places}{colours}{}end_header\n0 0 0 255 0 0 1\n1 1 1 0 0 255 2\n",
+        of("float", "heat")
+    );
+    let refused = said("c.ply", &cloud, &["--field", "rgb", "--colormap", "gray"]);
+    assert!(refused.contains("with --colormap, found points in their own colours"), "{refused}");
+    let stops = ["--field", "heat", "--color", "0:000000,2:ffffff"];
+    let refused = said("c.ply", &cloud, &stops);
+    assert!(refused.contains("expected --colormap for the colours"), "{refused}");
+    let opacity = said("c.ply", &cloud, &["--opacity", "0:0,1:1"]);
+    assert!(opacity.contains("found points in their own colours, without opacities"), "{opacity}");
+    assert_eq!(said("c.ply", &cloud, &["--field", "heat", "--colormap", "gray"]), "");
+}
+
+#[test]
 fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
     let folder = tempfile::tempdir().expect("a folder");
     let [file, picture] = ["s.vtk", "s.png"].map(|name| folder.path().join(name));
@@ -200,10 +235,10 @@ fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
     let whole = lit(&image::open(&picture).expect("a picture").to_rgb8());
     assert!(whole > 200 && (whole / 2).abs_diff(cut) < whole / 20, "{cut} of {whole}");
     let refused = draw(&["--slice", "x=50%"]).expect_err("it has no values between");
-    assert!(refused.contains("expected no slices where the field is not drawn"), "{refused}");
+    assert!(refused.contains("expected a field that is drawn with slices"), "{refused}");
     let refused = draw(&["--iso", "5"]).expect_err("it has no levels");
     assert!(
-        refused.contains("expected no isosurfaces where")
+        refused.contains("expected a field that is drawn with isosurfaces")
             && refused.contains("--kernel ellipsoids"),
         "{refused}"
     );

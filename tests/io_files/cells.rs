@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use voxsplat::cells::Cells;
 use voxsplat::core::Ticket;
 use voxsplat::io::{Format, OpenOptions, Opened, describe, open};
-use voxsplat::volume::{Association, Field, Shape};
+use voxsplat::volume::{Association, Component, Field, Shape};
 
 use crate::watching::LARGEST;
 
@@ -233,6 +233,112 @@ fn blocks_of_plot3d_are_one_grid_and_one_block_is_curvilinear() {
 }
 
 #[test]
+fn damaged_plot3d_is_known_and_says_what_is_missing() {
+    let whole = std::fs::read(data("blocks.xyz")).unwrap();
+    let needed = format!(" or {} or ", whole.len());
+    says(
+        "a.xyz",
+        &whole[..whole.len() - 7],
+        &[&needed, "bytes for the 2 blocks that a PLOT3D", "cut short"],
+    );
+    let text = std::fs::read_to_string(data("single.x")).unwrap();
+    let cut = text.trim_end().rsplit_once(' ').unwrap().0;
+    says("a.x", cut, &["numbers for the", "PLOT3D", "cut short"]);
+    says("a.x", text.clone() + &" 1".repeat(20), &["PLOT3D", "more follows than a grid"]);
+    says("a.p3d", "0 0 0\n", &["PLOT3D grid, which begins with", "\"0 0 0\""]);
+}
+
+/// A .vtu of one cell of four points, and the values there.
+fn vtu(kind: u8, places: &str, values: &str) -> String {
+    let array = |of: &str, name: &str, text: &str| {
+        format!(
+            "<DataArray type=\"{of}\" Name=\"{name}\" NumberOfComponents=\"{}\" format=\"ascii\">{text}</DataArray>",
+            if name == "p" { 3 } else { 1 }
+        )
+    };
+    format!(
+        "<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\"><UnstructuredGrid><Piece \
+         NumberOfPoints=\"4\" NumberOfCells=\"1\"><PointData>{}</PointData><Points>{}</Points><Cells>{}{}{}</Cells></Piece>\
+         </UnstructuredGrid></VTKFile>",
+        array("Float64", "f", values),
+        array("Float64", "p", places),
+        array("Int64", "connectivity", "0 1 2 3"),
+        array("Int64", "offsets", "4"),
+        array("UInt8", "types", &kind.to_string()),
+    )
+}
+
+const CORNERS: &str = "0 0 0 1 0 0 0 1 0 0 0 1";
+
+#[test]
+fn cells_that_lack_something_say_what() {
+    says(
+        "a.vtu",
+        vtu(42, CORNERS, "0 1 2 3"),
+        &["\"faces\" and \"faceoffsets\"", "type 42", "neither"],
+    );
+    let tiny = CORNERS.replace('1', "1e-300");
+    says(
+        "a.vtu",
+        vtu(10, &tiny, "0 1 2 3"),
+        &["more than 1e-100", "within 1e-300", "a smaller unit"],
+    );
+    let parallel = "<VTKFile type=\"PUnstructuredGrid\" version=\"0.1\"><PUnstructuredGrid></PUnstructuredGrid></VTKFile>";
+    says("a.pvtu", parallel, &["at least one Piece", "found none"]);
+    says("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", &["at least one face", "found none"]);
+    says(
+        "a.vtk",
+        TETRAHEDRON.replace(
+            "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10",
+            "CELLS 1 500\n4 0 1 2 3\nCELL_TYPES 1\n10",
+        ),
+        &["500 numbers in text", "bytes, which hold fewer"],
+    );
+}
+
+#[test]
+fn values_that_no_cell_shows_are_counted_as_they_are() {
+    let refused = |values: &str| {
+        let opened = made("a.vtu", vtu(10, CORNERS, values));
+        let field = &opened.grid.fields[0];
+        let drawn = opened.grid.scalar(field, Component::Index(0), &Ticket::new());
+        drawn.expect_err("nothing is drawn").to_string()
+    };
+    let some = refused("0 1 inf -inf");
+    assert!(some.contains("found only 2 infinite and 2 on no cell that can be drawn"), "{some}");
+    assert!(refused("nan nan nan nan").ends_with("found only 4 NaN"));
+}
+
+#[test]
+fn points_that_stand_in_for_cells_are_told_and_field_data_only_where_they_are_lost() {
+    let lost = vtu(10, &CORNERS.replacen('1', "inf", 1), "0 1 2 3");
+    let said = made("a.vtu", lost).warnings.join("; ");
+    assert!(
+        said.contains("all cells of the file have corners that lie nowhere: its points are drawn"),
+        "{said}"
+    );
+    let none = vtu(10, CORNERS, "0 1 2 3").replace("NumberOfCells=\"1\"", "NumberOfCells=\"0\"");
+    let (cells, behind) = none.split_once("<Cells>").unwrap();
+    let empty = ["0 1 2 3", "4", "10"]
+        .iter()
+        .fold(behind.to_owned(), |text, numbers| text.replace(&format!(">{numbers}<"), "><"));
+    let none = format!("{cells}<Cells>{empty}");
+    let said = made("a.vtu", none).warnings.join("; ");
+    assert!(said.contains("the file has no cells: its points are drawn by themselves"), "{said}");
+    let with = |tuples: usize| {
+        let own = format!(
+            "<UnstructuredGrid><FieldData><DataArray type=\"Float64\" Name=\"t\" NumberOfTuples=\"{tuples}\" \
+             format=\"ascii\">{}</DataArray></FieldData>",
+            "1 ".repeat(tuples)
+        );
+        let text = vtu(10, CORNERS, "0 1 2 3").replacen("<UnstructuredGrid>", &own, 1);
+        made("a.vtu", text).warnings.join("; ")
+    };
+    assert!(with(4).contains("field data"), "as many as there are points");
+    assert_eq!(with(44), "", "a number for each time step");
+}
+
+#[test]
 fn tables_take_places_by_name_and_keep_other_columns() {
     let table = opened(&data("table.csv"));
     let cells = cells_of(&table);
@@ -245,7 +351,7 @@ fn tables_take_places_by_name_and_keep_other_columns() {
     assert_eq!(plain.grid.fields[0].name, "log10 density");
     let commented = made("a.xyz", "# x y z val\n1 2 3 nan\n4 5 6 7\n");
     assert_eq!(commented.grid.fields[0].name, "val");
-    says("a.txt", "1 2 3\n4 5\n", &["3 numbers on line 2", "found 2"]);
+    says("a.txt", "1 2 3\n4 5\n", &["3 columns on line 2", "found 2"]);
     says("a.csv", "x,y,z\n1,2,3\n1,2,three\n", &["numbers on line 3", "\"three\""]);
     says("a.csv", "x,y\n1,2\n", &["csv"]);
 }
@@ -271,7 +377,52 @@ fn headers_of_tables_are_read_as_programs_write_them() {
     assert!(said.contains("another number of words than the rows, 4"), "{said}");
     let (_, _, said) = names_of("a,b,c,d\n1,2,3,4\n5,6,7,8\n");
     assert!(said.contains("\"a\", \"b\", \"c\"") && said.contains("rename the columns"), "{said}");
-    says("a.csv", "x,y,z\n1,2,none\n", &["a table of points", "\"x,y,z\"", "leave words out"]);
+}
+
+#[test]
+fn tables_leave_out_columns_of_words_and_take_values_as_missing() {
+    let table = made(
+        "a.csv",
+        "name,lat,lon,depth,\"mag\",kind\na,1,2,3,4,\"q\"\nb,2,3,5,NA,\"r\"\nc,7,1,0,n/a,\n",
+    );
+    assert_eq!(cells_of(&table).points()[2].to_array(), [7.0, 1.0, 0.0]);
+    let [field] = &table.grid.fields[..] else { panic!("{:?}", table.grid.fields) };
+    assert!(field.name == "mag" && field.samples.get(0) == 4.0 && field.samples.get(1).is_nan());
+    let said = table.warnings.join("; ");
+    let words = "columns of words are left out: \"name\" (such as \"a\"), \"kind\" (such as \"q\")";
+    assert!(said.contains(words) && said.contains("\"lat\", \"lon\", \"depth\""), "{said}");
+    assert!(said.contains("2 of 3 in \"mag\""), "{said}");
+    // Without names, and with decimal commas.
+    let bare = made("a.csv", "1,5;2;3;st1\n4;5;6,25;st2\n");
+    assert_eq!(cells_of(&bare).points()[1].to_array(), [4.0, 5.0, 6.25]);
+    let said = bare.warnings.join("; ");
+    assert!(said.contains("a column of words is left out: \"column 4\""), "{said}");
+    assert!(said.contains("\"1,5\", are taken for decimal points"), "{said}");
+    says("a.csv", "x,y,z,t\n1,2,3,4\n1,2,3,5\n1,b,3,c\n", &["numbers on line 4", "\"b\""]);
+    says("a.csv", "x,y,z,t\na,1,2,3\nb,1,2,4\n", &["column \"x\" of a place", "such as \"a\""]);
+    says(
+        "a.csv",
+        "a,b,c,d,e\n1,2,3,p,q\nr,s,t,p,q\nr,s,t,p,q\n",
+        &["three columns of numbers", "0 beside 5"],
+    );
+}
+
+#[test]
+fn tables_without_rows_or_places_say_what_is_missing() {
+    says("a.csv", "x,y,z,t\n", &["below the names of its columns", "\"x,y,z,t\" alone"]);
+    says(
+        "a.csv",
+        "x,y,z,t\na,b,c,d\n",
+        &["three numbers or more", "\"a,b,c,d\" below \"x,y,z,t\""],
+    );
+    says(
+        "a.csv",
+        "x,y,z,t\nnan,NA,,1\n-,nan,nan,2\n",
+        &["finite place", "2 points that lie nowhere"],
+    );
+    let lacking = made("a.csv", "x,y,z,t\n1,2,3,inf\n1,inf,3,4\n5,5,1,3\n").warnings.join("; ");
+    assert!(lacking.contains("1 of 3 in \"t\""), "{lacking}");
+    assert!(lacking.contains("1 point lies nowhere (NaN or infinite): left out"), "{lacking}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::super::error::{Problem, ReadError};
+use super::super::error::{Problem, ReadError, header};
 use super::super::unstructured::{self, Part, field_of, kind};
 use super::super::{Format, OpenOptions, Opened};
 use super::points;
@@ -31,6 +31,17 @@ pub(in super::super) fn read_alone(
 ) -> Result<Opened, Problem> {
     let (parts, format, mut warnings) = parts_of(path, free_bytes, ticket)?;
     let Parts { positions, colours, triangles, numbers, .. } = parts;
+    if positions.is_empty() {
+        let (expected, advice) = match format {
+            // Its points are read as corners of faces.
+            MeshFormat::Obj => {
+                ("at least one face (a line \"f …\") on points of an OBJ file", "faces")
+            }
+            MeshFormat::Stl => ("at least one triangle in an STL file", "triangles"),
+            MeshFormat::Ply => ("at least one vertex in a PLY file", "vertices"),
+        };
+        return Err(header(expected, "none", format!("write the file again with its {advice}")));
+    }
     let types = vec![kind::TRIANGLE; triangles.len()];
     let starts = (0..=triangles.len()).map(|triangle| 3 * triangle).collect();
     let corners = triangles.into_iter().flatten().collect();

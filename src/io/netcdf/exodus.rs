@@ -71,6 +71,7 @@ pub(super) fn read(
     }
     fields.extend(reader.ids(&blocks));
     let grid = unstructured::grid(Part { listing, fields }, &[], free_bytes, &mut warnings)?;
+    warnings.extend(unstructured::points_alone(&grid));
     Ok(Opened::of(grid, Format::Exodus, warnings))
 }
 

@@ -137,7 +137,11 @@ fn load(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<(NcFile, u64), 
 }
 
 fn cut_short(expected: String, len: u64) -> Problem {
-    truncated(expected, format!("a file of {len} bytes"), "the file was cut short: copy it again")
+    truncated(
+        expected,
+        format!("a file of {len} bytes"),
+        "the file was cut short, or its header was altered: copy it again",
+    )
 }
 
 /// How many bytes of records a header declares that the file has not, as the reader says it.

@@ -287,7 +287,7 @@ impl Loading {
             }
             Encoding::Hex => bytes::require_stored(needed, stored / 2),
             // A digit and a space, but for the last.
-            Encoding::Text => bytes::require_stored(part.count as u64, stored.div_ceil(2)),
+            Encoding::Text => bytes::require_text(part.count as u64, stored),
             Encoding::Gzip => bytes::require_stored(needed, stored.saturating_mul(DEFLATE_MOST)),
             // A run of any length takes a few bytes: only decoding tells.
             Encoding::Bzip2 => Ok(()),

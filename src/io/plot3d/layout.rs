@@ -51,7 +51,49 @@ pub(super) struct Layout {
     pub(super) has_blanks: bool,
 }
 
+/// A file that begins with sizes of blocks, and is of another length than they ask for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Misfit {
+    pub(super) blocks: Vec<[usize; 3]>,
+    /// What they ask for, by how numbers are written; rising.
+    pub(super) possible: Vec<u64>,
+    pub(super) found: u64,
+    /// What is counted.
+    pub(super) unit: &'static str,
+}
+
 impl Layout {
+    /// What keeps a file that [`Layout::of_grid`] knows nothing of from being one, if it begins like one.
+    ///
+    /// # Errors
+    /// Those of reading it.
+    pub(super) fn misfit(path: &Path) -> Result<Option<Misfit>, Problem> {
+        let (start, len) = start_of(path, HEADER_BYTES)?;
+        let candidates = Self::candidates(&start);
+        // Records' lengths are no chance; of the others the one that asks for least is likeliest.
+        let best = candidates
+            .into_iter()
+            .min_by_key(|layout| (layout.markers() == 0, layout.needed_bytes(Role::Grid)));
+        let Some(layout) = best else { return Ok(None) };
+        let (mut possible, found, unit) = match layout.numbers {
+            Numbers::Text => {
+                let points = layout.points() as u64;
+                let words = layout.header_numbers() as u64 + 3 * points;
+                let most = usize::try_from(words + points + 1).unwrap_or(usize::MAX);
+                (vec![words, words + points], count_words(path, most)? as u64, "numbers")
+            }
+            Numbers::Binary { .. } => {
+                let variants = [(false, false), (true, false), (false, true), (true, true)];
+                let of = |(is_wide, has_blanks)| Self { is_wide, has_blanks, ..layout.clone() };
+                let lengths = variants.map(|variant| of(variant).needed_bytes(Role::Grid));
+                (lengths.to_vec(), len, "bytes")
+            }
+        };
+        possible.sort_unstable();
+        possible.dedup();
+        Ok(Some(Misfit { blocks: layout.blocks, possible, found, unit }))
+    }
+
     /// That of a grid; `None` of anything else.
     ///
     /// # Errors

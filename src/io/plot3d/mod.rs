@@ -11,9 +11,9 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
-use self::layout::{Layout, Numbers, Role};
+use self::layout::{Layout, Misfit, Numbers, Role};
 use super::bytes::{self, Endian, Progress};
-use super::error::{Problem, corrupt, header, truncated};
+use super::error::{Problem, corrupt, header, quoted_bytes, truncated, unrecognised};
 use super::unstructured::{self, Part, field_of, kind};
 use super::{Format, Opened, axes, files};
 use crate::cells::Listing;
@@ -49,6 +49,44 @@ pub(super) fn is_it(path: &Path, extension: &str, start: &[u8]) -> Result<bool, 
         Some(grid) => Ok(Layout::of_grid(&grid)?.is_some()),
         None => Ok(false),
     }
+}
+
+/// Why a file whose name is that of a grid is none; `None` of other names.
+///
+/// # Errors
+/// Those of reading it.
+pub(super) fn refusal(
+    path: &Path,
+    extension: &str,
+    start: &[u8],
+) -> Result<Option<Problem>, Problem> {
+    if !["xyz", "x", "p3d", "grd"].contains(&extension) {
+        return Ok(None);
+    }
+    let Some(Misfit { blocks, possible, found, unit }) = Layout::misfit(path)? else {
+        let table = if extension == "xyz" { "a table of points, or " } else { "" };
+        return Ok(Some(unrecognised(
+            format!(
+                "{table}a PLOT3D grid, which begins with how many points it has along each axis"
+            ),
+            format!("bytes that begin with {}", quoted_bytes(start)),
+            "check that the file has the right extension and is undamaged",
+        )));
+    };
+    let sizes = match blocks[..] {
+        [[x, y, z]] => format!("{x} × {y} × {z} points"),
+        _ => format!("{} blocks", blocks.len()),
+    };
+    let lengths = possible.iter().map(u64::to_string).collect::<Vec<_>>().join(" or ");
+    let advice = match possible.iter().any(|length| found < *length) {
+        true => "the file was cut short, or its sizes were altered: copy it again",
+        false => "its sizes were altered, or more follows than a grid: copy or write it again",
+    };
+    Ok(Some(truncated(
+        format!("{lengths} {unit} for the {sizes} that a PLOT3D grid begins with"),
+        found.to_string(),
+        advice,
+    )))
 }
 
 pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Opened, Problem> {

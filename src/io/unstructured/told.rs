@@ -6,10 +6,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::super::error::quoted;
+use super::kind;
 use crate::cells::{Listing, has_volume, is_flat};
 use crate::core::counted;
 use crate::rbf::log_densities;
-use crate::volume::{Association, Field, Samples};
+use crate::volume::{Association, Field, Grid, Samples, Shape};
 
 /// What to do about cells that are left out.
 pub(in super::super) const EMBED_THEM: &str =
@@ -58,13 +59,31 @@ pub(super) fn flat_cells(types: &[u8]) -> Option<String> {
     }
 }
 
-/// What becomes of points that lie nowhere, where no cell tells of them.
+/// What becomes of points that lie nowhere, where no cell has them as corners, or only as points by themselves.
 pub(super) fn nowhere(listing: &Listing) -> Option<String> {
     let count = listing.points.iter().filter(|point| !point.is_finite()).count();
-    (count > 0 && listing.types.is_empty()).then(|| {
+    let are_alone = listing.types.iter().all(|kind| *kind <= kind::POLY_VERTEX);
+    (count > 0 && are_alone).then(|| {
         let verb = if count == 1 { "lies" } else { "lie" };
         format!("{} {verb} nowhere (NaN or infinite): left out", counted(count, "point"))
     })
+}
+
+/// That points are drawn by themselves, where a file of cells has none that is drawn.
+pub(in super::super) fn points_alone(grid: &Grid) -> Option<String> {
+    let Shape::Unstructured(cells) = &grid.shape else { return None };
+    let census = cells.census();
+    if !cells.solids().is_empty() || cells.is_surface() {
+        return None;
+    }
+    let are_points = census.by_type.keys().all(|kind| *kind <= kind::POLY_VERTEX);
+    let why = match cells.own_cells() {
+        0 => "the file has no cells",
+        all if census.not_finite == all => "all cells of the file have corners that lie nowhere",
+        _ if are_points => return None,
+        _ => "the file has no cells with volume or area",
+    };
+    Some(format!("{why}: its points are drawn by themselves"))
 }
 
 /// What becomes of points where others are.

@@ -125,6 +125,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             unstructured::grid(part, &active, free_bytes, &mut warnings)?
         }
     };
+    warnings.extend(unstructured::points_alone(&grid));
     Ok(Opened::of(grid, Format::Vtk, warnings))
 }
 

@@ -172,7 +172,7 @@ impl<'a> Scanner<'a> {
         let mut samples = bytes::no_samples(scalar_type);
         if !self.is_binary {
             // A number is a character at least, and a blank between two.
-            bytes::require_stored(count as u64, self.left_bytes().div_ceil(2))?;
+            bytes::require_text(count as u64, self.left_bytes())?;
             let mut reader = Counting { reader: &mut self.reader, at: &mut self.at };
             bytes::append_text(&mut samples, &mut reader, count, &mut self.progress)?;
             return Ok(samples);
@@ -214,7 +214,7 @@ impl<'a> Scanner<'a> {
             Stored::Bits if self.is_binary => self.skip_bytes(count.div_ceil(8) as u64),
             // Words of text, whatever they are.
             _ => {
-                bytes::require_stored(count as u64, self.left_bytes().div_ceil(2))?;
+                bytes::require_text(count as u64, self.left_bytes())?;
                 let mut reader = Counting { reader: &mut self.reader, at: &mut self.at };
                 bytes::skip_text(&mut reader, count, &mut self.progress)
             }

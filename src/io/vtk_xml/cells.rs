@@ -25,6 +25,13 @@ pub(super) fn read(
 ) -> Result<Opened, Problem> {
     let mut active = document.active.clone();
     let (parts, format) = match document.kind {
+        Kind::Parallel if document.pieces.is_empty() => {
+            return Err(header(
+                "at least one Piece, which is a file of its own",
+                "none",
+                "write the file again, or open a file of its cells (.vtu, .vtp)",
+            ));
+        }
         Kind::Parallel => {
             let (parts, format, told) =
                 of_files(path, document, &mut warnings, free_bytes, ticket)?;
@@ -38,6 +45,7 @@ pub(super) fn read(
     };
     let whole = unstructured::joined(parts, &mut warnings)?;
     let grid = unstructured::grid(whole, &active, free_bytes, &mut warnings)?;
+    warnings.extend(unstructured::points_alone(&grid));
     Ok(Opened::of(grid, format, warnings))
 }
 
@@ -294,6 +302,14 @@ impl Lists<'_, '_> {
                 begin += own.len();
             }
             return Ok(());
+        }
+        if self.array("face_connectivity").is_none() {
+            let has_faces = self.array("faces").is_some();
+            return Err(header(
+                "the arrays \"faces\" and \"faceoffsets\", which hold the faces of polyhedra (VTK's type 42)",
+                if has_faces { "the first alone" } else { "neither" },
+                "write the file again with them",
+            ));
         }
         let of_faces = self.lists("face_offsets", "face_connectivity", progress)?;
         let of_cells = self.lists("polyhedron_offsets", "polyhedron_to_faces", progress)?;

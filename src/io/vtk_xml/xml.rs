@@ -184,6 +184,8 @@ struct Parser<'a> {
     /// Inside the last array of the last piece, at this depth of further elements.
     in_array: Option<usize>,
     is_in_field_data: bool,
+    /// How many tuples each array of numbers among the field data has, where it says.
+    field_data: Vec<Option<u64>>,
     /// Nothing tells the byte order.
     is_order_assumed: bool,
     is_closed: bool,
@@ -356,15 +358,36 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// Numbers of the whole file: a time or a title is no loss, a list may be one.
+    /// Numbers of the whole file: they are a loss only where they are as many as there are points or cells.
     fn field_data(&mut self, tag: &BytesStart<'_>) -> Result<(), Problem> {
         let tuples = attribute(tag, "NumberOfTuples")?.and_then(|n| n.trim().parse::<u64>().ok());
         let type_name = attribute(tag, "type")?.unwrap_or_default();
         let holds_numbers = ScalarType::from_name(&type_name.to_lowercase()).is_some();
         if holds_numbers && tuples.is_none_or(|tuples| tuples > 1) {
-            self.warnings.push(IGNORED_FIELD_DATA.into());
+            self.field_data.push(tuples);
         }
         Ok(())
+    }
+
+    /// Whether field data are as long as what lies on the points or cells.
+    fn loses_field_data(&self) -> bool {
+        let sum =
+            |of: fn(&Piece<'a>) -> u64| self.pieces.iter().map(of).fold(0, u64::saturating_add);
+        let along = |[first, last]: [i64; 2]| last.saturating_sub(first).max(0).unsigned_abs();
+        let product = |extent: Extent, more: u64| -> u64 {
+            extent
+                .map(|axis| along(axis).saturating_add(more).max(1))
+                .into_iter()
+                .fold(1, u64::saturating_mul)
+        };
+        let whole = self.whole.as_ref().map(|whole| whole.extent);
+        let of_extent = whole.map_or([0; 2], |extent| [product(extent, 1), product(extent, 0)]);
+        let cells =
+            |piece: &Piece<'a>| piece.counts.iter().map(|(_, n)| *n).fold(0, u64::saturating_add);
+        let of_pieces = [sum(|piece| piece.points), sum(cells)];
+        self.field_data
+            .iter()
+            .any(|n| n.is_none_or(|n| of_extent.contains(&n) || of_pieces.contains(&n)))
     }
 
     /// The byte order matters to numbers that are no text.
@@ -436,6 +459,7 @@ impl<'a> Parser<'a> {
 
     fn finish(mut self) -> Result<Document<'a>, Problem> {
         let assumes_order = self.is_order_assumed && self.needs_order();
+        let loses_field_data = self.loses_field_data();
         let (Some((endian, word_bytes, compressor)), Some(whole)) = (self.file, self.whole) else {
             return Err(truncated(
                 "the elements VTKFile and ImageData, RectilinearGrid, StructuredGrid, UnstructuredGrid or PolyData",
@@ -448,7 +472,9 @@ impl<'a> Parser<'a> {
         if assumes_order {
             self.warnings.insert(0, "nothing tells the byte order: little is assumed".into());
         }
-        self.warnings.dedup();
+        if loses_field_data {
+            self.warnings.push(IGNORED_FIELD_DATA.into());
+        }
         Ok(Document {
             kind: whole.kind,
             endian,
