@@ -155,7 +155,7 @@ pub fn points_ui(ui: &mut Ui, scene: &mut Scene) {
     row_ui(ui, "Its points", |ui| {
         let mut are_shown = scene.shows_field();
         let shown = ui.checkbox(&mut are_shown, "Shown").accessible_name("Its points shown");
-        let help = "Draw its points, too: an ellipsoid about each, or of more than 10 000 evenly spaced samples; hide the surface under Polygons and labels to see these alone";
+        let help = "Draw its points, too, as a field: an ellipsoid about each; of a surface of more than 10 000 evenly spaced samples. Hide what is under Polygons and labels to see these alone";
         if shown.on_hover_text(help).changed() {
             scene.show_field(are_shown);
         }

@@ -7,9 +7,9 @@
 //! is known to hold it and what becomes of it.
 
 mod alone;
-mod points;
 mod obj;
 mod ply;
+mod points;
 mod stl;
 
 use std::io::{self, Cursor, Read, Seek};
