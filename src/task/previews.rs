@@ -70,11 +70,15 @@ fn rays(size: [u32; 2], shrink: f64) -> f64 {
 /// another than their natural width; but where samples are shaded first it is the only one that can be lit.
 pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
     let splat = plan.mode;
+    let of_points = plan.field().and_then(|field| field.volume.scattered.as_ref());
+    let are_dots = of_points.is_some_and(|scattered| scattered.are_many_points());
     let is_sharp = match splat.kernel {
         // They interpolate in any case.
         Kernel::Linear => level(plan.frame.lattice.dims) > 0,
         Kernel::Point | Kernel::Nearest => false,
-        Kernel::Functions | Kernel::Cells | Kernel::Ellipsoids => true,
+        // Tents through single points would be dots.
+        Kernel::Ellipsoids => !are_dots,
+        Kernel::Functions | Kernel::Cells => true,
         Kernel::Gaussian | Kernel::Cubic | Kernel::BSpline | Kernel::Gouraud => {
             splat.reconstruction == Reconstruction::Interpolating
         }

@@ -26,6 +26,8 @@ enum Source {
 }
 
 impl Scattered {
+    /// Points or polygons from which on a look at their neighbours would take seconds.
+    pub(super) const MOST_SAMPLED: usize = 10_000;
     /// Bytes that a sample takes while ellipsoids are made.
     pub(super) const BYTES: u64 = 400;
 
@@ -61,6 +63,12 @@ impl Scattered {
     /// Whether they are points alone, rather than those of cells.
     pub fn are_points(&self) -> bool {
         matches!(self.source, Source::Points { .. })
+    }
+
+    /// Whether they are points so many that evenly spaced samples are of the points themselves, most of them of none: those of the
+    /// ellipsoids would take seconds.
+    pub fn are_many_points(&self) -> bool {
+        self.are_points() && self.count > Self::MOST_SAMPLED
     }
 
     /// The ellipsoids, as [`Encoding::about_samples`] has them, made at the first call; about points none is much wider than

@@ -415,3 +415,29 @@ fn large_surfaces_are_read_without_a_look_at_their_neighbours_and_corners_that_l
     assert_eq!(mesh.expect("the other triangle").len(), 1);
     assert!(said.iter().any(|said| said.starts_with("1 cell with corners")), "{said:?}");
 }
+
+/// By their numbers; many are read without a look at their neighbours, and all count in what is known of the values.
+#[test]
+fn points_without_colours_are_bodies_coloured_by_their_numbers() {
+    for count in [5_usize, 12_000] {
+        let row = |i: usize| format!("{},{},{},{i}\n", i / 35, i / 5 % 7, i % 5);
+        let text = "x,y,z,heat\n".to_owned() + &(0..count).map(row).collect::<String>();
+        let (mesh, said) = surface("cloud.csv", text.as_bytes(), None);
+        let mesh = mesh.expect("their bodies");
+        assert_eq!((mesh.len(), said), (8 * count, Vec::new()));
+        assert_eq!(mesh.triangles(false).next().expect("a triangle").colours, None);
+        let MeshValues::Corners(heat) = array(&mesh, "heat") else { panic!("on points") };
+        assert_eq!((heat[5], heat[6], heat.len()), (0.0, 1.0, 6 * count));
+        let (_folder, path) = saved("cloud.csv", text.as_bytes());
+        let opened =
+            voxsplat::io::open(&path, &OpenOptions::default(), &Ticket::new()).expect("points");
+        let field = opened.grid.field(None).expect("a field");
+        let volume =
+            opened.grid.scalar(field, Component::Index(0), &Ticket::new()).expect("values");
+        let scattered = volume.scattered.as_ref().expect("points");
+        assert!(scattered.are_points() && scattered.count() == count);
+        assert_eq!(volume.statistics.mean, (count - 1) as f64 / 2.0);
+        let all = scattered.ellipsoids(&Ticket::new()).expect("not cancelled");
+        assert_eq!(all.functions().len(), count);
+    }
+}

@@ -27,9 +27,6 @@ const ALWAYS_SAMPLES: usize = 1 << 15;
 const SAMPLES_A_CELL: f64 = 8.0;
 const SAMPLES_OF_CELLS: [f64; 2] = [262_144.0, 16_777_216.0];
 
-/// Points or polygons from which on ellipsoids about them, which nobody sees at first, would take seconds.
-const MOST_NEIGHBOURHOODS: usize = 10_000;
-
 /// A lattice, the samples there, and what these are of.
 #[derive(Debug)]
 pub(super) struct Spaced {
@@ -153,8 +150,7 @@ impl Grid {
             Association::Cell => cells.middles(),
         };
         let own: Vec<f64> = (0..values.len()).into_par_iter().map(|i| values.get(i)).collect();
-        let are_many = own.len() > MOST_NEIGHBOURHOODS;
-        if are_many && cells.is_surface() {
+        if own.len() > Scattered::MOST_SAMPLED && cells.is_surface() {
             return dotted(&places, &own, &field.name);
         }
         let needed = Scattered::BYTES * own.len() as u64;
@@ -164,8 +160,11 @@ impl Grid {
             let found = "values or places that are not finite".to_owned();
             return Err(VolumeError::NothingFinite { field: field.name.clone(), found });
         };
-        let statistics = Some(Statistics::of(values, ticket)?);
-        if are_many {
+        // Each value counts once, and those at places that are nowhere do not.
+        let there = places.iter().zip(&own).filter(|(at, _)| at.is_finite());
+        let there = Samples::Float64(there.map(|(_, value)| *value).collect());
+        let statistics = Some(Statistics::of(&there, ticket)?);
+        if scattered.are_many_points() {
             let lattice = dotted(&places, &own, &field.name)?;
             return Ok(Spaced { scattered: Some(scattered), statistics, ..lattice });
         }
