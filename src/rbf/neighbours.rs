@@ -73,7 +73,7 @@ impl Encoding {
         self.median_width() / LATTICE_WIDTH
     }
 
-    /// With ellipsoids of at most [`WIDEST`] times the median width, lone ones made smaller: their sample tells nothing of what
+    /// With ellipsoids of at most twice the median width, lone ones made smaller: their sample tells nothing of what
     /// lies far from it, and they would hide all others.
     #[must_use]
     pub fn without_wide(self) -> Self {
