@@ -1234,7 +1234,7 @@ fn share_that_shows(path: &str) -> f64 {
     shown as f64 / (picture.width() * picture.height()) as f64
 }
 
-/// As ellipsoids, of their values, or of how dense they lie; and those of meshes where that is asked for.
+/// As small bodies or a field of ellipsoids, by their values, or by how dense they lie; and those of meshes where that is asked for.
 #[test]
 fn scattered_points_are_drawn_by_themselves() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -1248,8 +1248,10 @@ fn scattered_points_are_drawn_by_themselves() {
     std::fs::write(&valued, table("x,y,z,warmth", &|i| format!(",{}", 20 + i % 7)))
         .expect("written");
     std::fs::write(&bare, table("x,y,z", &|_| String::new())).expect("written");
+    let field = &["--kernel", "ellipsoids"][..];
+    let (valued, bare) = (valued.as_str(), bare.as_str());
     for (source, flags) in
-        [(valued.as_str(), &[][..]), (&bare, &[]), ("demo:mesh:4", &["--kernel", "ellipsoids"])]
+        [(valued, &[][..]), (bare, &[]), (valued, field), (bare, field), ("demo:mesh:4", field)]
     {
         for engine in ["native", "gpu"] {
             let picture = at("p.png");
@@ -1262,6 +1264,13 @@ fn scattered_points_are_drawn_by_themselves() {
             assert!(share_that_shows(&picture) > 0.1, "{source} {engine}");
         }
     }
+    let refused = voxsplat(&["render", valued, "--opacity", "20:1", "--output", &at("p.png")]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        errors(&refused).contains("found points, each as a small body"),
+        "{}",
+        errors(&refused)
+    );
     let refused =
         voxsplat(&["render", "demo:shells:8", "--kernel", "ellipsoids", "--output", &at("p.png")]);
     assert_eq!(refused.status.code(), Some(1));

@@ -26,12 +26,20 @@ pub(super) fn of(input: &Input, flags: &SceneFlags) -> Result<Option<Mesh>, Fail
 /// What is shown of a file in place of a field.
 fn noun(input: &Input) -> &'static str {
     match &input.grid.shape {
-        Shape::Unstructured(cells) if !cells.is_surface() => "points in their own colours",
+        Shape::Unstructured(cells) if !cells.is_surface() => {
+            let is_of_colours = |field: &Field| {
+                io::mesh::drawn_name(field, Component::usual(field.components)).is_none()
+            };
+            match input.grid.fields.iter().any(is_of_colours) {
+                true => "points in their own colours",
+                false => "points, each as a small body",
+            }
+        }
         _ => "a surface by itself",
     }
 }
 
-/// Refuses what says how much of each value is seen, which surfaces and coloured points show whole.
+/// Refuses what says how much of each value is seen, which surfaces and points show whole.
 fn refuse_opacities(input: &Input, flags: &SceneFlags) -> Result<(), Failure> {
     let given = [(flags.opacity.is_some(), "--opacity"), (flags.transfer.is_some(), "--transfer")];
     let Some((_, flag)) = given.into_iter().find(|(is_given, _)| *is_given) else { return Ok(()) };
@@ -86,7 +94,7 @@ fn refuse_stops(input: &Input, flags: &SceneFlags) -> Result<(), Failure> {
     let given = [(flags.color.is_some(), "--color"), (flags.preset.is_some(), "--preset")];
     let Some((_, flag)) = given.into_iter().find(|(is_given, _)| *is_given) else { return Ok(()) };
     Err(Failure::Usage(format!(
-        "expected --colormap for the colours of a file's polygons and coloured points, found {flag} with {}; choose a \
+        "expected --colormap for the colours of a file's polygons and points, found {flag} with {}; choose a \
          colour map, or add --kernel ellipsoids, which draws points by their values",
         noun(input)
     )))

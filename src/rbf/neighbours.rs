@@ -19,8 +19,6 @@ const NEIGHBOURS_ON_A_LINE: usize = 2;
 const FLAT: f64 = 0.1;
 /// Standard deviations of the Gaussians, of those of the neighbours: 0.6 steps of a cubic lattice, as Westover has it.
 const WIDTH: f64 = 0.8;
-/// How wide they are on a cubic lattice, in its steps: of 18 neighbours the mean square along an axis is 5/9.
-const LATTICE_WIDTH: f64 = WIDTH * 0.745_355_992_5;
 /// Widths at which they end: 1.8 steps of a cubic lattice, whose places are 0.87 from a sample at most.
 const REACH: f64 = 3.0;
 /// Where neighbours lie on a plane or a line ellipsoids are still so thick, of their greatest width.
@@ -65,12 +63,6 @@ impl Encoding {
             })
             .collect();
         Ok(Self::mean(bias, REACH, parts?.concat()))
-    }
-
-    /// How far apart samples lie in ellipsoids about them, world: the median of the geometric means of their widths, by those
-    /// that a cubic lattice has.
-    pub fn sample_spacing(&self) -> f64 {
-        self.median_width() / LATTICE_WIDTH
     }
 
     /// With ellipsoids of at most twice the median width, lone ones made smaller: their sample tells nothing of what
@@ -282,7 +274,7 @@ mod tests {
             let width = (inner.shape * axis).length().recip();
             assert!((width - 1.2).abs() < 0.05, "0.6 steps of 2 along each axis: {width}");
         }
-        assert!((found.sample_spacing() - 2.0).abs() < 0.3, "{}", found.sample_spacing());
+        assert!((found.median_width() - 1.2).abs() < 0.18, "{}", found.median_width());
         // What grows along x does so between the samples, too.
         let at = DVec3::new(5.3, 6.1, 5.7);
         assert!((found.value(at) - 5.3).abs() < 0.1 && (found.gradient(at).x - 1.0).abs() < 0.2);

@@ -121,7 +121,7 @@ impl std::fmt::Display for Refusal {
             Ground::Hidden => write!(
                 f,
                 "expected a field that is drawn with {part}, found none; show the field (that of a file of polygons or \
-                 coloured points by --kernel ellipsoids), or leave the {part} out"
+                 points by --kernel ellipsoids), or leave the {part} out"
             ),
         }
     }

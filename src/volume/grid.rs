@@ -11,7 +11,7 @@ use super::resample::Spaced;
 use super::samples::Scalar;
 use super::shape::Shape;
 use super::{Bricks, Samples, ScalarType, Scattered, Statistics, VolumeError};
-use crate::cells::CellField;
+use crate::cells::{CellField, Cells};
 use crate::core::progress::Ticket;
 use crate::core::{Srgb8, memory};
 use crate::rbf::Encoding;
@@ -32,6 +32,14 @@ impl Association {
         match self {
             Self::Point => "point",
             Self::Cell => "cell",
+        }
+    }
+
+    /// Where values lie on cells that are no solids, world: at their points, or in their middles.
+    pub fn places(self, cells: &Cells) -> Arc<[DVec3]> {
+        match self {
+            Self::Point => Arc::clone(cells.points()),
+            Self::Cell => cells.middles(),
         }
     }
 }

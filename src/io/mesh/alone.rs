@@ -88,8 +88,8 @@ pub(super) fn of_cells(
 }
 
 /// The polygons of a file that has no cell with volume, or bodies about its points where it has no polygons either, with its fields
-/// as numbers on them ([`array_name`]), that which is drawn
-/// among them; `None` of other files. What was told of the file already is not told again.
+/// as numbers on them ([`array_name`]), that which is drawn among them; `None` of other files. What was told of the file already is
+/// not told again.
 ///
 /// # Errors
 /// Too little memory; cancelled; a file that changed since it was opened.

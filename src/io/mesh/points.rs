@@ -9,7 +9,7 @@ use crate::core::memory::{self, require};
 use crate::core::progress::Ticket;
 use crate::polygons::{Mesh, MeshArray, MeshValues};
 use crate::rbf::next_distance;
-use crate::volume::{Association, Component, Field, Grid, Shape};
+use crate::volume::{Component, Field, Grid, Shape};
 
 /// How far corners lie from their point, of how far apart points lie.
 const RADIUS: f64 = 0.75;
@@ -28,20 +28,13 @@ pub(super) fn mesh(
     ticket: &Ticket,
 ) -> Result<Option<Mesh>, Problem> {
     let Shape::Unstructured(cells) = &grid.shape else { return Ok(None) };
-    let middles;
-    let places = match drawn.association {
-        Association::Point => &cells.points()[..cells.own_points()],
-        Association::Cell => {
-            middles = cells.middles();
-            &*middles
-        }
-    };
+    let places = drawn.association.places(cells);
     require("the points as small bodies", BYTES * places.len() as u64, memory::free_bytes())?;
     let there: Vec<usize> = (0..places.len()).filter(|i| places[*i].is_finite()).collect();
     if there.is_empty() {
         return Ok(None);
     }
-    let radius = RADIUS * next_distance(places);
+    let radius = RADIUS * next_distance(&places);
     let ends = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
     let about = |i: &usize| {
         let centre = places[*i];

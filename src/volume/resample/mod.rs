@@ -137,7 +137,7 @@ impl Grid {
         Ok(Spaced::plain(lattice, Arc::new(values)))
     }
 
-    /// Values at points, of which no cell is a solid. Many are looked at one by one, on the lattice, too.
+    /// Values on points or cells of which none is a solid. Where they are many, a sample of the lattice is one of them, or none.
     fn of_points(
         &self,
         cells: &Cells,
@@ -145,10 +145,7 @@ impl Grid {
         values: &Samples,
         ticket: &Ticket,
     ) -> Result<Spaced, VolumeError> {
-        let places = match field.association {
-            Association::Point => Arc::clone(cells.points()),
-            Association::Cell => cells.middles(),
-        };
+        let places = field.association.places(cells);
         let own: Vec<f64> = (0..values.len()).into_par_iter().map(|i| values.get(i)).collect();
         if own.len() > Scattered::MOST_SAMPLED && cells.is_surface() {
             return dotted(&places, &own, &field.name);
