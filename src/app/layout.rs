@@ -270,7 +270,7 @@ impl Window {
         });
         let action = section_ui(ui, sections, "Transfer function", |ui| {
             if document.surface.is_some() && !scene.shows_field() {
-                let text = "Of the points as a field, which Data shows; what is seen has its colours under Polygons and labels";
+                let text = "Of the points, which Data shows; what is seen has its colours under Polygons and labels";
                 inside::note_ui(ui, text);
             }
             let default = document.first_look.transfer.clone();
