@@ -200,7 +200,12 @@ impl Window {
             }
             let mode = self.shown_mode(scene);
             let measured = self.measuring.point_of(scene, &mode);
-            status::Shown { report, mode, measured }
+            status::Shown {
+                report,
+                mode,
+                has_splats: scene.shows_field() || !scene.vectors().is_empty(),
+                measured,
+            }
         });
         let (state, adapter) = (drawer.state(), drawer.adapter_name());
         let engine = drawer.engine_choice();
@@ -272,6 +277,7 @@ impl Window {
             if document.surface.is_some() && !scene.shows_field() {
                 let text = "Of the points, which Data shows; what is seen has its colours under Polygons and labels";
                 inside::note_ui(ui, text);
+                return None;
             }
             let default = document.first_look.transfer.clone();
             let (editor, bells) = (&mut self.transfer, &mut self.gaussians);

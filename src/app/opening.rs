@@ -25,7 +25,8 @@ use crate::scene::{
     SplatSettings, VectorLayer, offers, projected_range,
 };
 use crate::task::transfer_file;
-use crate::transfer::{ColourMap, ColourSource};
+use crate::transfer::ColourSource;
+use crate::transfer::presets::{self, RangeRule};
 
 /// A volume being read, or another field of one being made ready.
 pub(super) struct Loading {
@@ -188,8 +189,10 @@ impl Window {
         let source = SampleSource::component(&path, name, document.component);
         let map = match look.transfer.colour {
             ColourSource::Map { map, .. } => map,
-            ColourSource::Stops(_) => ColourMap::Viridis,
+            ColourSource::Stops(_) => ByArray::FIRST_MAP,
         };
+        // No outlier decides their colours.
+        let range = presets::range(&volume.statistics, RangeRule::Percentiles);
         let field = (Sampled::Volume(volume), Look::Field(look.transfer));
         let camera = before.as_ref().filter(|_| keep_view).map(|scene| scene.camera);
         let unframed = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0);
@@ -220,7 +223,8 @@ impl Window {
         }
         if let Some((mesh, name)) = &document.surface {
             let source = SampleSource::whole(&path, mesh.name());
-            let layer = PolygonLayer::of_surface(Arc::clone(mesh), name.as_deref(), map, None);
+            let layer =
+                PolygonLayer::of_surface(Arc::clone(mesh), name.as_deref(), map, Some(range));
             show_surface(&mut scene, source, layer);
             // Its colours are there, unless somebody closed the section.
             self.settings.sections.entry(POLYGONS.to_owned()).or_insert(true);

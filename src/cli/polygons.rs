@@ -71,7 +71,7 @@ impl MeshAt {
         let own = mesh.arrays()[array].range().ok_or_else(|| {
             format!("expected numbers in the array {name}, found that none is finite; choose another: {file}")
         })?;
-        let map = self.map.unwrap_or(ColourMap::Viridis);
+        let map = self.map.unwrap_or(ByArray::FIRST_MAP);
         Ok(Some(ByArray { array, map, range: self.range.unwrap_or(own) }))
     }
 }

@@ -11,8 +11,10 @@ use super::render::{refuse_among_triangles, with_layers};
 use super::vectors::Vectors;
 use super::{Destination, Failure, note, notes, open};
 use crate::core::Ticket;
+use crate::io::mesh::drawn_name;
 use crate::scene::{AlongRay, Scene, VectorLayer, axis_letters};
 use crate::task::probe::{FIRST_SEEN, Look, Met, Point, ProbedVector, Seen, VectorPlace, look};
+use crate::volume::{Component, Field};
 
 /// What scripts read.
 #[derive(Debug, Serialize)]
@@ -149,7 +151,11 @@ fn refuse_nowhere(projection: Option<AlongRay>, share: Option<f64>) -> Result<()
 
 /// The vectors that a file opens with, of which the nearest is told though its lengths are what is looked at.
 fn own_vectors(input: &open::Input) -> Result<Option<Vectors>, Failure> {
-    let Some(field) = input.grid.fields.first().filter(|field| field.components == 3) else {
+    // Three numbers may be a point's own colour.
+    let are_vectors = |field: &&Field| {
+        field.components == 3 && drawn_name(field, Component::usual(field.components)).is_some()
+    };
+    let Some(field) = input.grid.fields.first().filter(are_vectors) else {
         return Ok(None);
     };
     let vectors = input.grid.vectors(field, &Ticket::new());

@@ -8,8 +8,9 @@ use super::{Failure, note};
 use crate::core::{Camera, Ticket};
 use crate::io;
 use crate::polygons::Mesh;
-use crate::scene::{Look, PolygonLayer, PolygonLook, Scene, framing_surfaces};
-use crate::transfer::{ColourMap, ColourSource};
+use crate::scene::{ByArray, Look, PolygonLayer, PolygonLook, Scene, framing_surfaces};
+use crate::transfer::ColourSource;
+use crate::transfer::presets::{self, RangeRule};
 use crate::volume::{Component, Field, Shape};
 
 /// The polygons; `None` of files that have anything else.
@@ -66,12 +67,14 @@ pub(super) fn colour(scene: &mut Scene, input: &Input, flags: &SceneFlags) -> Re
         Some(ColourSource::Map { map, .. }) => *map,
         _ => {
             refuse_stops(input, flags)?;
-            ColourMap::Viridis
+            ByArray::FIRST_MAP
         }
     };
+    // No outlier decides their colours.
+    let usual = scene.volume().map(|v| presets::range(&v.statistics, RangeRule::Percentiles));
     let own = scene.polygons().into_iter().next();
     let of = |own: PolygonLayer| {
-        PolygonLayer::of_surface(own.mesh, name.as_deref(), map, flags.color_range)
+        PolygonLayer::of_surface(own.mesh, name.as_deref(), map, flags.color_range.or(usual))
     };
     let look = own.map(|own| of(own).look);
     if let (Some(PolygonLook { by: None, .. }), Some(flag)) = (look, flags.of_colours()) {

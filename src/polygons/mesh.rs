@@ -24,6 +24,8 @@ pub struct Mesh {
     triangle_colours: Vec<Srgb8>,
     /// At the corners of each triangle where corners have none of their own: as long as `triangles` or empty.
     soft_normals: Vec<[Vec3; 3]>,
+    /// What is framed at first, world; `None` where it is all.
+    frame: Option<[DVec3; 2]>,
 }
 
 /// Numbers on a mesh.
@@ -162,7 +164,23 @@ impl Mesh {
             arrays,
             triangle_colours,
             soft_normals,
+            frame: None,
         })
+    }
+
+    /// The same of which nothing outside a box, low and high corner, world, is looked at to frame it. What lies there is drawn
+    /// all the same.
+    #[must_use]
+    pub fn framed_by(self, frame: Option<[DVec3; 2]>) -> Self {
+        Self { frame, ..self }
+    }
+
+    /// The places, world, that are to be in the picture where it is framed.
+    pub fn framed_places(&self) -> impl Iterator<Item = DVec3> + '_ {
+        let is_framed =
+            |place: &DVec3| self.frame.is_none_or(|[low, high]| place.clamp(low, high) == *place);
+        let place = |corner: u32| self.origin + self.positions[corner as usize].as_dvec3();
+        self.triangles.as_flattened().iter().map(move |corner| place(*corner)).filter(is_framed)
     }
 
     /// The same with numbers on it.

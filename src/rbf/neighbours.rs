@@ -1,10 +1,12 @@
 //! Ellipsoids about scattered samples, each as wide in every direction as its neighbours lie apart there.
 
+use std::cmp::Ordering;
+
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, SymmetricEigen};
 use rayon::prelude::*;
-use rstar::RTree;
 use rstar::primitives::GeomWithData;
+use rstar::{PointDistance, RTree};
 
 use super::encoding::Encoding;
 use super::function::Function;
@@ -119,21 +121,53 @@ pub fn next_distance(points: &[DVec3]) -> f64 {
 /// those at its own place count for nothing. NaN of points that are not finite; 0 of one alone.
 pub fn log_densities(points: &[DVec3]) -> Vec<f64> {
     let unique = merged(points.iter().map(|at| (*at, 0.0)));
-    let tree =
-        RTree::bulk_load(unique.iter().map(|(at, _)| Place::new(at.to_array(), 0)).collect());
+    let places = unique.iter().enumerate();
+    let tree = RTree::bulk_load(places.map(|(i, (at, _))| Place::new(at.to_array(), i)).collect());
+    // In the order of the tree what is looked at one after the other lies side by side, in space and in memory.
+    let in_order: Vec<&Place> = tree.iter().collect();
+    let parts = in_order.par_chunks(A_PART).map(|part| {
+        let mut guess = f64::NAN;
+        let radius = |place: &&Place| (place.data, radius_of_nearest(&tree, place, &mut guess));
+        part.iter().map(radius).collect::<Vec<_>>()
+    });
+    let mut radii = vec![0.0; unique.len()];
+    for (i, radius) in parts.collect::<Vec<_>>().concat() {
+        radii[i] = radius;
+    }
+    let others = unique.len().saturating_sub(1).min(NEIGHBOURS) as f64;
     let density = |at: &DVec3| {
         if !at.is_finite() {
             return f64::NAN;
         }
-        let near = tree.nearest_neighbor_iter(at.to_array()).skip(1).take(NEIGHBOURS);
-        let (count, last) = near.fold((0, None), |(n, _), place| (n + 1, Some(*place.geom())));
-        let Some(last) = last else { return 0.0 };
-        // Not by its cube, which may have no number.
-        f64::from(count).log10()
-            - (4.0 / 3.0 * std::f64::consts::PI).log10()
-            - 3.0 * DVec3::from(last).distance(*at).log10()
+        let at = *at + DVec3::ZERO;
+        let known = unique.binary_search_by(|(place, _)| order(place, &at));
+        match known {
+            // Not by its cube, which may have no number.
+            Ok(i) if others > 0.0 => {
+                others.log10() - (4.0 / 3.0 * std::f64::consts::PI).log10() - 3.0 * radii[i].log10()
+            }
+            _ => 0.0,
+        }
     };
     points.par_iter().map(density).collect()
+}
+
+/// How far the 18th nearest other place lies, or the farthest of fewer; 0 of a place alone. `guess` is the square of what
+/// it is at a place near by, and after that here: what lies within twice that is found sooner than one place after the other.
+fn radius_of_nearest(tree: &RTree<Place>, place: &Place, guess: &mut f64) -> f64 {
+    // Those within a guess that is far too great are as many as there are.
+    const MOST: usize = 8 * NEIGHBOURS;
+    let at = *place.geom();
+    let within = tree.locate_within_distance(at, 2.0 * *guess).take(MOST);
+    let mut squares: Vec<f64> = within.map(|other| other.distance_2(&at)).collect();
+    // The place itself is one of them.
+    *guess = if (NEIGHBOURS + 1..MOST).contains(&squares.len()) {
+        *squares.select_nth_unstable_by(NEIGHBOURS, f64::total_cmp).1
+    } else {
+        let nearest = tree.nearest_neighbor_iter(at).take(NEIGHBOURS + 1).last();
+        nearest.map_or(0.0, |other| other.distance_2(&at))
+    };
+    guess.sqrt()
 }
 
 /// Samples by their places, each place once.
@@ -142,19 +176,19 @@ fn merged(samples: impl IntoIterator<Item = (DVec3, f64)>) -> Vec<(DVec3, f64)> 
     let mut all: Vec<(DVec3, f64)> = samples.into_iter().filter(is_finite).collect();
     // −0 is at the place of 0.
     all.iter_mut().for_each(|(at, _)| *at += DVec3::ZERO);
-    let order = |(a, _): &(DVec3, f64), (b, _): &(DVec3, f64)| {
-        let axes = a.to_array().into_iter().zip(b.to_array());
-        axes.map(|(a, b)| a.total_cmp(&b))
-            .find(|order| order.is_ne())
-            .unwrap_or(std::cmp::Ordering::Equal)
-    };
-    all.sort_by(order);
+    all.par_sort_by(|(a, _), (b, _)| order(a, b));
     all.chunk_by(|(a, _), (b, _)| a == b)
         .map(|own| {
             let count = own.len() as f64;
             (own[0].0, own.iter().map(|(_, value)| value / count).sum())
         })
         .collect()
+}
+
+/// The order of places by x, then y, then z.
+fn order(a: &DVec3, b: &DVec3) -> Ordering {
+    let axes = a.to_array().into_iter().zip(b.to_array());
+    axes.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
 }
 
 /// What takes an offset from a sample to one in widths: by the covariance of its neighbours' offsets.
@@ -278,6 +312,31 @@ mod tests {
         // What grows along x does so between the samples, too.
         let at = DVec3::new(5.3, 6.1, 5.7);
         assert!((found.value(at) - 5.3).abs() < 0.1 && (found.gradient(at).x - 1.0).abs() < 0.2);
+    }
+
+    #[test]
+    fn densities_are_those_of_a_search_among_all() {
+        let any = |i: u32, k: u32| f64::from(i.wrapping_mul(k) % 9973) / 9973.0;
+        // A dense ball, a thin cloud, and two far away: no guess holds for long.
+        let place = |i: u32| {
+            let at = DVec3::new(any(i, 389), any(i, 2111), any(i, 677));
+            if i % 3 == 0 { at * 1e-3 } else { at }
+        };
+        let mut points: Vec<DVec3> = (0..2000).map(place).collect();
+        points.extend([DVec3::splat(1e6), DVec3::splat(-1e160), place(3)]);
+        let found = log_densities(&points);
+        for (at, found) in
+            points.iter().zip(&found).step_by(7).chain([(&points[2000], &found[2000])])
+        {
+            let mut far: Vec<f64> =
+                points[..2002].iter().map(|other| other.distance(*at)).collect();
+            far.sort_by(f64::total_cmp);
+            // The first is itself.
+            let ball = 4.0 / 3.0 * std::f64::consts::PI * far[NEIGHBOURS].powi(3);
+            assert!((found - (NEIGHBOURS as f64 / ball).log10()).abs() < 1e-9, "{at}: {found}");
+        }
+        assert_eq!(found[2002], found[3]);
+        assert!(found.iter().all(|density| !density.is_nan()));
     }
 
     #[test]

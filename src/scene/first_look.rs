@@ -4,7 +4,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings};
+use super::{
+    ByArray, Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings,
+};
 use crate::kernel::Kernel;
 use crate::transfer::{ColourMap, ColourSource, Kind, TransferFunction, presets};
 use crate::volume::{Lattice, ScalarVolume};
@@ -140,8 +142,12 @@ impl FirstLook {
         Self { transfer, lighting, splat, view }
     }
 
-    /// The same of a file that is a surface, whose shape its light tells, whatever its numbers are like.
-    pub fn of_surface(self) -> Self {
+    /// The same of a file that is a surface, whose shape its light tells, whatever its numbers are like, in colours of which none
+    /// is as dark as what lies behind it.
+    pub fn of_surface(mut self) -> Self {
+        if let ColourSource::Map { map, .. } = &mut self.transfer.colour {
+            *map = ByArray::FIRST_MAP;
+        }
         Self { lighting: Some(Lighting::first_look()), ..self }
     }
 }

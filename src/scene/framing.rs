@@ -293,8 +293,7 @@ pub fn framing_surfaces(scene: &Scene, direction: DVec3, up: DVec3) -> Option<Ca
     let along = [whole.right(), whole.up, whole.direction];
     let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
     for PolygonLayer { mesh, .. } in scene.polygons() {
-        for corner in mesh.triangles(false).flat_map(|triangle| triangle.corners) {
-            let place = mesh.origin() + corner.as_dvec3();
+        for place in mesh.framed_places() {
             for (ends, along) in ends.iter_mut().zip(along) {
                 let at = along.dot(place);
                 *ends = [ends[0].min(at), ends[1].max(at)];

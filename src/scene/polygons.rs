@@ -44,6 +44,9 @@ pub struct ByArray {
 }
 
 impl ByArray {
+    /// The colours that nobody has chosen yet: neither end is dark on a dark ground, nor in the shade of a light.
+    pub const FIRST_MAP: ColourMap = ColourMap::CoolWarm;
+
     /// The colour of a number; [`POLYGON_COLOUR`] where there is none.
     pub fn colour(&self, value: f64) -> Srgb8 {
         match value.is_nan() {

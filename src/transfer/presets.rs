@@ -136,11 +136,7 @@ pub fn of_cells(statistics: &Statistics, depth: f64) -> TransferFunction {
 /// A transfer function for scattered points that nobody has looked at yet: each is seen, whatever its value is. Names have a
 /// colour each.
 pub fn of_points(statistics: &Statistics) -> TransferFunction {
-    let shown = of_cells(statistics, f64::INFINITY);
-    let colour = match shown.colour {
-        ColourSource::Map { range, .. } => ColourSource::Map { map: ColourMap::Viridis, range },
-        stops => stops,
-    };
+    let colour = of_cells(statistics, f64::INFINITY).colour;
     TransferFunction::of(vec![(statistics.min, 1.0)], colour)
 }
 

@@ -204,6 +204,48 @@ fn colours_by_value_are_refused_where_no_number_is_shown() {
     let opacity = said("c.ply", &cloud, &["--opacity", "0:0,1:1"]);
     assert!(opacity.contains("found points in their own colours, without opacities"), "{opacity}");
     assert_eq!(said("c.ply", &cloud, &["--field", "heat", "--colormap", "gray"]), "");
+    // Colours are no vectors.
+    let file = folder.path().join("c.ply");
+    let file = file.to_str().expect("UTF-8");
+    let seen = (0..40).map(|i| format!("{},20", 2 * i)).find_map(|at| {
+        let seen =
+            voxsplat(&["probe", file, "--field", "rgb", "--resolution", "80,40", "--at", &at]);
+        let said = String::from_utf8_lossy(&seen.stdout).into_owned();
+        said.contains("Seen").then_some(said)
+    });
+    let seen = seen.expect("a body is met");
+    assert!(!seen.contains("Vector") && !seen.contains("vector"), "{seen}");
+}
+
+#[test]
+fn points_far_from_all_others_are_told_and_decide_neither_frame_nor_colours() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [table, picture] = ["t.csv", "p.png"].map(|name| folder.path().join(name));
+    let [file, to] = [&table, &picture].map(|path| path.to_str().expect("UTF-8"));
+    let row = |i: usize| format!("{},{},{},{}\n", i % 10, i / 10 % 10, i / 100, i % 10);
+    let body: String = (0..1000).map(row).collect();
+    fs::write(&table, format!("x,y,z,v\n{body}100000,0,0,5000\n")).expect("written");
+    let draw = || {
+        let flags = ["--resolution", "160,120", "--engine", "native", "-o", to];
+        let output = voxsplat(&[&["render", file][..], &flags].concat());
+        assert!(output.status.success(), "{}", errors(&output));
+        let drawn = image::open(&picture).expect("a picture").to_rgb8();
+        let count = |is: fn(&image::Rgb<u8>) -> bool| drawn.pixels().filter(|p| is(p)).count();
+        let (blue, red) = (
+            count(|p| p.0[2] > p.0[0].saturating_add(40)),
+            count(|p| p.0[0] > p.0[2].saturating_add(40)),
+        );
+        (errors(&output), count(|p| p.0 != [0; 3]), blue, red)
+    };
+    let (said, seen, blue, red) = draw();
+    assert!(said.contains("1 of 1001 points lies far from the others"), "{said}");
+    assert!(seen > 4000, "they fill the frame: {seen} pixels");
+    assert!(blue > 200 && red > 200, "the outlier is beyond their colours: {blue} {red}");
+    fs::write(&table, format!("x,y,z,v\n{body}")).expect("written");
+    let (said, without, ..) = draw();
+    assert!(!said.contains("far from"), "{said}");
+    // Of the frame there is more about the box that holds most than about the box of all.
+    assert!(seen < without, "{seen} {without}");
 }
 
 #[test]

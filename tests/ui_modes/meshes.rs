@@ -98,10 +98,11 @@ fn polygons_open_as_a_surface_in_the_colours_of_the_field_that_is_chosen() {
     let shown = bench.harness.get_by_role_and_label(Role::CheckBox, "Its points shown");
     shown.click();
     bench.settle();
-    assert!(scene(&bench).shows_field());
+    assert!(scene(&bench).shows_field() && bench.shows("Graph"));
     bench.harness.get_by_role_and_label(Role::CheckBox, "Its points shown").click();
     bench.settle();
     assert!(!scene(&bench).shows_field() && bench.tells("Of the points, which Data shows"));
+    assert!(!bench.shows("Graph"), "nothing is edited that nobody sees");
     // And by none.
     bench.choose("Mesh 1 colour by", "Nothing");
     assert_eq!(surface(&bench).1, None);

@@ -15,7 +15,6 @@ use crate::polygons::MeshArray;
 use crate::scene::{
     ByArray, Effect, Layer, Look, POLYGON_COLOUR, PolygonLook, SampleSource, Sampled, Scene,
 };
-use crate::transfer::ColourMap;
 
 /// How high the list of a file's labels grows before it scrolls, points.
 const MOST_LABELS_HEIGHT: f32 = 220.0;
@@ -203,7 +202,7 @@ fn array_ui(ui: &mut Ui, name: &str, arrays: &[MeshArray], look: &mut PolygonLoo
             if ui.selectable_label(is_chosen, &own.name).clicked()
                 && let Some(range) = own.range()
             {
-                let map = look.by.map_or(ColourMap::Viridis, |by| by.map);
+                let map = look.by.map_or(ByArray::FIRST_MAP, |by| by.map);
                 look.by = Some(ByArray { array, map, range });
             }
         }

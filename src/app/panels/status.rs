@@ -33,6 +33,8 @@ pub struct Shown {
     pub report: FrameReport,
     /// The mode it is drawn in.
     pub mode: SplatSettings,
+    /// Whether the field or vectors are on it, rather than surfaces and bodies alone, which have no error.
+    pub has_splats: bool,
     /// That mode on the chart, if it was measured for this volume.
     pub measured: Option<Measured>,
 }
@@ -195,7 +197,7 @@ mod tests {
         let mut report = FrameReport::last(level, 16_777_216, Backend::Tiles, 1234.0);
         report.refined = Some(Refined { convergence, left_ms: 12_300.0 });
         report.progress = 0.4;
-        Shown { report, mode: SplatSettings::EXACT, measured: None }
+        Shown { report, mode: SplatSettings::EXACT, has_splats: true, measured: None }
     }
 
     #[test]

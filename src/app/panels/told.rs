@@ -71,7 +71,10 @@ fn took_words(ms: f64) -> String {
 }
 
 /// How near a picture is to the exact one, in two or three words; nothing where that is not known.
-fn near_words(Shown { report, mode, measured }: &Shown) -> Option<String> {
+fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<String> {
+    if !has_splats && report.level.is_full() {
+        return None;
+    }
     if let Some(rmse) = report.estimated_rmse {
         return Some(words::about_decibels(psnr_from_rmse(rmse), true));
     }
@@ -113,7 +116,9 @@ pub(super) fn sentences(shown: &Shown, key: &str) -> Vec<(&'static str, String)>
     if let Some(left) = left_words(report, key) {
         all.push(("Refining", left));
     }
-    all.push(("Drawn", counts_words(report)));
+    if shown.has_splats {
+        all.push(("Drawn", counts_words(report)));
+    }
     all
 }
 
@@ -226,7 +231,10 @@ fn soon_words(ms: f64) -> String {
 
 /// How far the picture is from the exact one, and how that is known.
 fn error_words(shown: &Shown) -> String {
-    let Shown { report, mode, measured } = shown;
+    let Shown { report, mode, has_splats, measured } = shown;
+    if !has_splats && report.level.is_full() {
+        return "Nothing of the field is on it: surfaces and points have edges as sharp as the pixels".to_owned();
+    }
     if let Some(rmse) = report.estimated_rmse {
         let db = words::about_decibels(psnr_from_rmse(rmse), true);
         return format!(
@@ -379,7 +387,7 @@ mod tests {
             progress: if matches!(level, COARSE) { 0.1 } else { 1.0 },
             ..FrameReport::last(level, 16_777_216, backend, 28.4)
         };
-        Shown { report, mode, measured: None }
+        Shown { report, mode, has_splats: true, measured: None }
     }
 
     fn measured(name: &str, db: f64, settings: SplatSettings) -> Measured {
@@ -439,6 +447,12 @@ mod tests {
         let elsewhere = Shown { measured: Some(found), ..classic };
         assert!(error_words(&elsewhere).starts_with("About 31.9 dB: measured in another view"));
         assert_eq!(at_rest(&elsewhere), "Finished · 28 ms · about 31.9 dB");
+        let bodies = Shown { has_splats: false, ..exact };
+        assert_eq!(at_rest(&bodies), "Finished · 28 ms");
+        assert!(error_words(&bodies).starts_with("Nothing of the field is on it"));
+        let about = |shown| sentences(shown, "R").into_iter().map(|(about, _)| about);
+        assert!(!about(&bodies).any(|about| about == "Drawn"));
+        assert!(about(&elsewhere).any(|about| about == "Drawn"));
         let partial = shown(LevelOfDetail::FullInPart, SplatSettings::EXACT);
         assert!(error_words(&partial).starts_with("Not estimated"));
     }

@@ -105,7 +105,10 @@ pub fn surface_of(
     if cells.solids().is_empty() && !cells.is_surface() {
         let mesh = points::mesh(&name, grid, drawn, ticket);
         let mesh = mesh.map_err(|problem| problem.at(path))?;
-        let opened = |mesh| OpenedMesh { mesh, path: path.to_owned(), warnings: Vec::new() };
+        let opened = |(mesh, mut warnings): (_, Vec<String>)| {
+            warnings.retain(|warning| !told.contains(warning));
+            OpenedMesh { mesh, path: path.to_owned(), warnings }
+        };
         return Ok(mesh.map(opened));
     }
     if !cells.is_surface() {

@@ -19,14 +19,46 @@ const BYTES: u64 = 1500;
 const FACES: [[u32; 3]; 8] =
     [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
 
-/// The octahedra, about the places that the drawn field has values at, with these and the numbers of other fields there.
-/// `None` where no place is finite.
+/// Of a hundred points so many may lie far from the others at either end of an axis.
+const FAR_OF_HUNDRED: f64 = 0.5;
+/// The box of all is so many times longer where some lie far from the others.
+const FAR: f64 = 10.0;
+
+/// What is to be framed of points of which a few lie far from all others, and how many these are: about the box that holds
+/// the rest, on each side as much again. `None` where none does.
+fn frame_of(places: &[DVec3]) -> Option<([DVec3; 2], usize)> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "fewer than there are"
+    )]
+    let few = (places.len() as f64 * FAR_OF_HUNDRED / 100.0).ceil() as usize;
+    let last = places.len().checked_sub(1)?;
+    if 2 * few >= last {
+        return None;
+    }
+    let ends = [0, 1, 2].map(|axis| {
+        let mut along: Vec<f64> = places.iter().map(|at| at[axis]).collect();
+        let mut at = |place: usize| *along.select_nth_unstable_by(place, f64::total_cmp).1;
+        [0, few, last - few, last].map(&mut at)
+    });
+    let [least, low, high, most] = [0, 1, 2, 3].map(|end| DVec3::from(ends.map(|of| of[end])));
+    let rest = high - low;
+    let frame = [low - rest, high + rest];
+    let extent = |low: DVec3, high: DVec3| (high - low).max_element();
+    let is_far = rest.max_element() > 0.0 && extent(least, most) > FAR * extent(frame[0], frame[1]);
+    let beyond = || places.iter().filter(|at| at.clamp(frame[0], frame[1]) != **at).count();
+    is_far.then(|| (frame, beyond()))
+}
+
+/// The octahedra, about the places that the drawn field has values at, with these and the numbers of other fields there,
+/// and what is told of them. `None` where no place is finite.
 pub(super) fn mesh(
     name: &str,
     grid: &Grid,
     (drawn, component): (&Field, Component),
     ticket: &Ticket,
-) -> Result<Option<Mesh>, Problem> {
+) -> Result<Option<(Mesh, Vec<String>)>, Problem> {
     let Shape::Unstructured(cells) = &grid.shape else { return Ok(None) };
     let places = drawn.association.places(cells);
     require("the points as small bodies", BYTES * places.len() as u64, memory::free_bytes())?;
@@ -34,6 +66,15 @@ pub(super) fn mesh(
     if there.is_empty() {
         return Ok(None);
     }
+    let all: Vec<DVec3> = there.iter().map(|i| places[*i]).collect();
+    let frame = frame_of(&all);
+    let far = frame.map(|(_, beyond)| {
+        let lie = if beyond == 1 { "lies" } else { "lie" };
+        format!(
+            "{beyond} of {} points {lie} far from the others, which the first view frames; zoom out to see all",
+            all.len()
+        )
+    });
     let radius = RADIUS * next_distance(&places);
     let ends = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
     let about = |i: &usize| {
@@ -61,5 +102,32 @@ pub(super) fn mesh(
     }
     let mesh =
         Mesh::of_places(name, &positions, normals, colours.unwrap_or_default(), faces.collect());
-    mesh.and_then(|mesh| mesh.with_arrays(arrays)).map(Some).map_err(no_mesh)
+    let mesh = mesh.and_then(|mesh| mesh.with_arrays(arrays)).map_err(no_mesh)?;
+    Ok(Some((mesh.framed_by(frame.map(|(frame, _)| frame)), far.into_iter().collect())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube() -> Vec<DVec3> {
+        (0..1000).map(|i| DVec3::from([i % 10, i / 10 % 10, i / 100].map(f64::from))).collect()
+    }
+
+    #[test]
+    fn what_lies_far_from_the_rest_is_counted_and_not_framed() {
+        assert_eq!(frame_of(&cube()), None);
+        let far = [DVec3::X * 1e5, DVec3::Y * -1e5, DVec3::new(1e4, 1e4, 0.0)];
+        let with = |far: &[DVec3]| [cube(), far.to_vec()].concat();
+        let (frame, beyond) = frame_of(&with(&far)).expect("three lie far away");
+        assert_eq!((frame, beyond), ([DVec3::splat(-9.0), DVec3::splat(18.0)], 3));
+        // Three of twelve are no stray ones, and what is within ten frames is seen all the same.
+        assert_eq!(frame_of(&with(&[DVec3::X * 200.0])), None);
+        assert!(frame_of(&with(&[DVec3::X * 400.0])).is_some());
+        assert_eq!(frame_of(&[&cube()[..9], &far].concat()), None);
+        assert_eq!(frame_of(&[]), None);
+        assert_eq!(frame_of(&far[..1]), None);
+        // Most at one place leave nothing to frame.
+        assert_eq!(frame_of(&[&[DVec3::ONE; 50], &far[..1]].concat()), None);
+    }
 }
