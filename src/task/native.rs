@@ -7,6 +7,7 @@ use std::time::Instant;
 use super::draw::{DrawError, Drawer, Drawn, Observer};
 use super::engines::EngineKind;
 use super::job::LOOK_EVERY;
+use super::previews::is_of_few_cells;
 use super::slabs::STOP_BELOW;
 use super::vectors::PictureVectors;
 use crate::core::{Pace, Ticket, memory};
@@ -129,7 +130,9 @@ impl Drawer {
         let visits = vectors.as_ref().map_or(0.0, PictureVectors::visits);
         if plan.cut.is_none() {
             self.learn_slabs((plan, which), (wall_ms, lists_ms), visits);
-            self.costs.hold_fields_together();
+            if !is_of_few_cells(plan) {
+                self.costs.hold_fields_together();
+            }
         }
         let (splats, vectors_averaged) =
             vectors.map_or((0, 0), |vectors| (vectors.count(), vectors.averaged()));
