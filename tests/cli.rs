@@ -1277,16 +1277,36 @@ fn scattered_points_are_drawn_by_themselves() {
     assert!(errors(&refused).contains("a field of scattered points"), "{}", errors(&refused));
 }
 
+const HEXAHEDRON: &str = "# vtk DataFile Version 2.0\na box\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n\
+    -.5 -.5 -.5 .5 -.5 -.5 .5 .5 -.5 -.5 .5 -.5 -.5 -.5 .5 .5 -.5 .5 .5 .5 .5 -.5 .5 .5\n\
+    CELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\n";
+
+/// Though tents would have more pixels in the time.
+#[test]
+fn quick_pictures_of_cells_are_of_the_cells() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (file, stats, picture) = (at("box.vtk"), at("stats.json"), at("p.png"));
+    let values = "POINT_DATA 8\nSCALARS v float\nLOOKUP_TABLE default\n0 1 2 3 4 5 6 7\n";
+    std::fs::write(&file, format!("{HEXAHEDRON}{values}")).expect("written");
+    let coarse = ["--refine", "coarse", "--budget-ms", "20", "--engine", "native"];
+    let to = ["--resolution", "640,480", "--output", &picture, "--stats", &stats];
+    let drawn = voxsplat(&[&["render", &file][..], &coarse, &to].concat());
+    assert_eq!(drawn.status.code(), Some(0), "{}", errors(&drawn));
+    let told = std::fs::read_to_string(&stats).expect("stats");
+    let told: Value = serde_json::from_str(&told).expect("JSON");
+    assert_eq!(told["field"]["which"], "own", "{told}");
+    assert_eq!(told["field"]["kernel"], "cells");
+    assert!(told["drawn_resolution"][0].as_u64().is_some_and(|width| width < 640), "{told}");
+}
+
 /// The polygons of a file of cells, and the outer faces of its solids.
 #[test]
 fn the_surface_of_a_mesh_is_embedded_as_polygons() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
-    let box_of_hexahedron = "# vtk DataFile Version 2.0\na box\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n\
-        -.5 -.5 -.5 .5 -.5 -.5 .5 .5 -.5 -.5 .5 -.5 -.5 -.5 .5 .5 -.5 .5 .5 .5 .5 -.5 .5 .5\n\
-        CELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\n";
     let file = at("box.vtk");
-    std::fs::write(&file, box_of_hexahedron).expect("written");
+    std::fs::write(&file, HEXAHEDRON).expect("written");
     let stats = at("stats.json");
     let drawn = voxsplat(&[
         "render",
