@@ -1226,6 +1226,28 @@ fn meshes_and_points_are_encoded_where_their_points_are() {
     }
 }
 
+#[test]
+fn info_tells_points_that_no_cell_joins_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let points = folder.path().join("points.csv");
+    std::fs::write(&points, "x,y,z,warmth\n0,0,0,1\n1,0,0,2\n0,1,0,3\n0,0,1,4\n").expect("written");
+    let points = points.to_str().expect("UTF-8");
+    let told: Value =
+        serde_json::from_slice(&voxsplat(&["info", points, "--json"]).stdout).expect("JSON");
+    assert_eq!((&told["points"], &told["kind"]), (&4.into(), &"unstructured".into()));
+    for none in ["dims", "cells", "cell_kinds", "total_volume"] {
+        assert!(told.get(none).is_none(), "{none} of {told}");
+    }
+    let text = voxsplat(&["info", points]);
+    let text = String::from_utf8_lossy(&text.stdout);
+    assert!(text.contains("points     4\n") && !text.contains("cells"), "{text}");
+    // A mesh has cells, and no dimensions either.
+    let told = voxsplat(&["info", "demo:mesh:4", "--json"]);
+    let told: Value = serde_json::from_slice(&told.stdout).expect("JSON");
+    assert_eq!((&told["points"], &told["cells"]), (&600.into(), &2304.into()));
+    assert!(told.get("dims").is_none(), "{told}");
+}
+
 /// How much of a picture is not its background, which is one colour.
 fn share_that_shows(path: &str) -> f64 {
     let picture = image::open(path).expect("a picture").to_rgba8();

@@ -87,6 +87,14 @@ impl Grid {
         })
     }
 
+    /// Whether points are all that there is: no cell joins any, nor has a number of its own that no point has.
+    pub fn are_points_alone(&self) -> bool {
+        let Shape::Unstructured(cells) = &self.shape else { return false };
+        let is_on_cells = |field: &Field| field.association == Association::Cell;
+        let is_one_each = cells.own_cells() == cells.own_points();
+        cells.join_nothing() && (is_one_each || !self.fields.iter().any(is_on_cells))
+    }
+
     /// The lattice that a field is drawn on, its `samples` there, and the cells and points that these are samples of, where
     /// there are any.
     ///
