@@ -259,3 +259,24 @@ fn places_in_meshes_and_points_are_coordinates_and_their_box_opens_whole() {
         tick(&mut bench, "Clip box");
     }
 }
+
+#[test]
+fn a_slice_in_opaque_matter_says_why_nothing_is_seen_of_it() {
+    let says = |bench: &Bench| {
+        bench.tells("hidden inside what is opaque") || bench.tells("Hidden inside what is opaque")
+    };
+    let mut bench = Bench::opened();
+    bench.open("points.csv");
+    bench.settle();
+    press(&mut bench, "Add slice");
+    let alone = "A surface by itself has neither slices nor isosurfaces: show its points under Data for these";
+    assert!(bench.shows(alone) && !says(&bench), "points open as small bodies");
+    tick(&mut bench, "Its points shown");
+    assert!(!bench.shows(alone));
+    assert!(says(&bench), "points are opaque at first");
+    tick(&mut bench, "Clip box");
+    assert!(says(&bench), "nothing is cut");
+    // It is looked at from above.
+    bench.set_slider("Along z to", 0.0);
+    assert!(!says(&bench), "the slice lies open");
+}
