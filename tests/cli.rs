@@ -1226,6 +1226,76 @@ fn meshes_and_points_are_encoded_where_their_points_are() {
     }
 }
 
+/// A number of a hidden lattice meant nothing to anybody: `--slice z=0` of a mesh lay at its lower end, and showed nothing.
+#[test]
+fn places_in_meshes_and_points_are_coordinates() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let points = at("points.csv");
+    let row = |i: usize| format!("{},{},{},{}\n", i % 5, i / 5 % 5, 10 + i / 25, i % 7);
+    let table: String = (0..125).map(row).collect();
+    std::fs::write(&points, format!("x,y,z,warmth\n{table}")).expect("written");
+    let met = |more: &[&str]| {
+        let fixed = ["probe", &points, "--kernel", "ellipsoids", "--opacity", "0:0", "--json"];
+        let from = ["--camera-direction", "0,0,-1", "--resolution", "41,31", "--at", "20,15"];
+        let output = voxsplat(&[&fixed[..], &from, more].concat());
+        let found = serde_json::from_slice::<Value>(&output.stdout);
+        let found = found.unwrap_or_else(|_| panic!("{more:?}: {}", errors(&output)));
+        found["point"]["world"][2].as_f64().expect("a place")
+    };
+    for z in [10.0, 11.25, 14.0] {
+        let place = format!("z={z}");
+        assert!((met(&["--slice", &place]) - z).abs() < 0.01, "{}", met(&["--slice", &place]));
+    }
+    assert!((met(&["--slice", "z=50%"]) - 12.0).abs() < 0.01, "a share is one of the bounds");
+    let cut = ["--opacity", "0:1", "--clip-box", "0,4,0,4,10,12.5", "--cut-faces"];
+    let fixed = ["probe", &points, "--kernel", "ellipsoids", "--json", "--resolution", "41,31"];
+    let output =
+        voxsplat(&[&fixed[..], &["--camera-direction", "0,0,-1", "--at", "20,15"], &cut].concat());
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let z = found["point"]["world"][2].as_f64().expect("a place");
+    assert!((z - 12.5).abs() < 0.01, "{found}");
+    let refused = |source: &str, more: &[&str]| {
+        let output = voxsplat(&[&["render", source, "-o", &at("p.png")][..], more].concat());
+        assert_eq!(output.status.code(), Some(2), "{more:?}");
+        errors(&output)
+    };
+    let said = refused(&points, &["--kernel", "ellipsoids", "--slice", "z=47"]);
+    assert!(said.contains("with a coordinate from 10 to 14 or a share"), "{said}");
+    let said = refused("demo:mesh:4", &["--clip-box", "0%,100%,0%,100%,0,3"]);
+    assert!(said.contains("along z, of the coordinates -0.4148 to 0.4148 or of 0%"), "{said}");
+    if !can_draw() {
+        return;
+    }
+    let picture = at("slice.png");
+    let slice = ["--slice", "z=0", "--opacity", "0:0", "--resolution", "40,30"];
+    let drawn = voxsplat(&[&["render", "demo:mesh:4", "-o", &picture][..], &slice].concat());
+    assert_eq!(errors(&drawn), "");
+    assert!(share_that_shows(&picture) > 0.1);
+}
+
+#[test]
+fn info_tells_points_that_no_cell_joins_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let points = folder.path().join("points.csv");
+    std::fs::write(&points, "x,y,z,warmth\n0,0,0,1\n1,0,0,2\n0,1,0,3\n0,0,1,4\n").expect("written");
+    let points = points.to_str().expect("UTF-8");
+    let told: Value =
+        serde_json::from_slice(&voxsplat(&["info", points, "--json"]).stdout).expect("JSON");
+    assert_eq!((&told["points"], &told["kind"]), (&4.into(), &"unstructured".into()));
+    for none in ["dims", "cells", "cell_kinds", "total_volume"] {
+        assert!(told.get(none).is_none(), "{none} of {told}");
+    }
+    let text = voxsplat(&["info", points]);
+    let text = String::from_utf8_lossy(&text.stdout);
+    assert!(text.contains("points     4\n") && !text.contains("cells"), "{text}");
+    // A mesh has cells, and no dimensions either.
+    let told = voxsplat(&["info", "demo:mesh:4", "--json"]);
+    let told: Value = serde_json::from_slice(&told.stdout).expect("JSON");
+    assert_eq!((&told["points"], &told["cells"]), (&600.into(), &2304.into()));
+    assert!(told.get("dims").is_none(), "{told}");
+}
+
 /// How much of a picture is not its background, which is one colour.
 fn share_that_shows(path: &str) -> f64 {
     let picture = image::open(path).expect("a picture").to_rgba8();

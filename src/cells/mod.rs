@@ -267,6 +267,11 @@ impl Cells {
         self.solids.is_empty() && !self.triangles.is_empty()
     }
 
+    /// Whether no cell joins points: there are none, or each is of points by themselves.
+    pub fn join_nothing(&self) -> bool {
+        self.census.by_type.keys().all(|kind| !split::joins(*kind))
+    }
+
     /// What is known of the file's cells.
     pub fn census(&self) -> &Census {
         &self.census

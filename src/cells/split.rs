@@ -33,6 +33,11 @@ pub fn has_extent(kind: u8) -> bool {
     is_flat(kind) || has_volume(kind)
 }
 
+/// Whether VTK's number is of a cell that joins points: neither nothing nor vertices are.
+pub(super) const fn joins(kind: u8) -> bool {
+    kind > 2
+}
+
 /// Solids so far.
 pub(super) struct Split<'a> {
     points: &'a [DVec3],

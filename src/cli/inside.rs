@@ -10,14 +10,15 @@ use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Inside, Isosurface, Plane, Slice, SplatSettings,
     projected_range,
 };
-use crate::volume::{Lattice, ScalarVolume};
+use crate::volume::ScalarVolume;
 
 /// What is cut away.
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Rendering, surfaces, slices and clipping")]
 pub struct ClipFlags {
     /// Cut away what lies outside a box along the volume's own axes: from sample number X0 (the first is
-    /// 0) to X1, and so on; 25% is a share of the volume
+    /// 0) to X1, and so on; of meshes, points and other samples that are not evenly spaced from the coordinate X0 to X1.
+    /// 25% is a share of the volume
     #[arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = places,
         allow_hyphen_values = true)]
     pub clip_box: Option<[Place; 6]>,
@@ -37,8 +38,8 @@ pub struct InsideFlags {
     /// Show the value where matter is cut, opaque, instead of what lies behind
     #[arg(long)]
     pub cut_faces: bool,
-    /// Show the values on a plane across one of the volume's own axes, at a sample number or a share as
-    /// with --clip-box, in their colours; opaque, or of an opacity from 0 to 1. Up to 6 planes
+    /// Show the values on a plane across one of the volume's own axes, at a sample number, a coordinate (of meshes and
+    /// the like) or a share as with --clip-box, in their colours; opaque, or of an opacity from 0 to 1. Up to 6 planes
     #[arg(long, value_name = "x=V[:A]|y=V[:A]|z=V[:A]", value_parser = slice)]
     pub slice: Vec<SliceAt>,
     /// The same on the plane through the world point X,Y,Z with a normal
@@ -76,54 +77,64 @@ pub struct SliceAt {
 /// A place along one of a volume's own axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Place {
-    /// Sample number, from 0; between two it need not be whole.
-    Sample(f64),
+    /// Sample number, from 0; between two it need not be whole. A coordinate where samples have no numbers.
+    Number(f64),
     /// Share of the volume's extent.
     Share(f64),
 }
 
 impl Place {
-    /// The share of the extent of so many samples.
-    fn share(self, samples: usize) -> f64 {
-        match self {
-            Self::Sample(number) => (number + 0.5) / samples as f64,
-            Self::Share(share) => share,
+    /// The share of a volume's extent along an axis.
+    fn share(self, volume: &ScalarVolume, axis: usize) -> f64 {
+        match (self, volume.coordinates(axis)) {
+            (Self::Number(coordinate), Some(along)) => along.share(coordinate),
+            (Self::Number(sample), None) => (sample + 0.5) / volume.lattice.dims[axis] as f64,
+            (Self::Share(share), _) => share,
         }
     }
 
     /// As a flag says it.
     fn words(self) -> String {
         match self {
-            Self::Sample(number) => number.to_string(),
+            Self::Number(number) => number.to_string(),
             Self::Share(share) => format!("{}%", 100.0 * share),
         }
     }
 }
 
+/// What numbers along an axis of a volume are called, one and several of them, and where they begin and end.
+fn numbers_along(volume: &ScalarVolume, axis: usize) -> ([&'static str; 2], String) {
+    match volume.coordinates(axis) {
+        Some(along) => {
+            let [low, high] = along.ends.map(|end| along.words(end));
+            (["coordinate", "coordinates"], format!("{low} to {high}"))
+        }
+        None => (["sample", "samples"], format!("0 to {}", volume.lattice.dims[axis] - 1)),
+    }
+}
+
 impl ClipFlags {
-    /// What they mean for a lattice.
+    /// What they mean for a volume.
     ///
     /// # Errors
     /// One sentence where the box has no inside, or lies beyond the volume.
-    pub fn resolve(&self, lattice: &Lattice) -> Result<Clip, String> {
+    pub fn resolve(&self, volume: &ScalarVolume) -> Result<Clip, String> {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let Some(places) = self.clip_box else { break };
             let ends = [places[2 * axis], places[2 * axis + 1]];
-            let samples = lattice.dims[axis];
-            let [low, high] = ends.map(|place| place.share(samples));
+            let [low, high] = ends.map(|place| place.share(volume, axis));
             if !(low < high && low >= 0.0 && high <= 1.0) {
+                let ([_, numbers], range) = numbers_along(volume, axis);
                 return Err(format!(
-                    "expected --clip-box from a lesser to a greater place along {name}, of the samples 0 to {} or of \
+                    "expected --clip-box from a lesser to a greater place along {name}, of the {numbers} {range} or of \
                      0% to 100%, found {} to {}; give two of those",
-                    samples - 1,
                     ends[0].words(),
                     ends[1].words()
                 ));
             }
         }
         let bounds = self.clip_box.map(|places| {
-            let end =
-                |end: usize| std::array::from_fn(|a| places[2 * a + end].share(lattice.dims[a]));
+            let end = |end: usize| std::array::from_fn(|a| places[2 * a + end].share(volume, a));
             ClipBox { low: end(0), high: end(1) }
         });
         Ok(Clip { bounds, planes: self.clip_plane.clone(), faces: CutFaces::Through })
@@ -141,12 +152,12 @@ impl InsideFlags {
     /// # Errors
     /// One sentence where a mode cannot show it, or it means nothing.
     pub fn resolve(&self, volume: &ScalarVolume, splat: &SplatSettings) -> Result<Inside, String> {
-        let clip = self.clip.resolve(&volume.lattice)?;
-        self.refuse_beside(&volume.lattice)?;
+        let clip = self.clip.resolve(volume)?;
+        self.refuse_beside(volume)?;
         let faces = if self.cut_faces { CutFaces::Coloured } else { CutFaces::Through };
         let lattice = &volume.lattice;
         let across = self.slice.iter().map(|&SliceAt { axis, place, opacity }| {
-            Slice::across(lattice, axis, place.share(lattice.dims[axis]), opacity)
+            Slice::across(lattice, axis, place.share(volume, axis), opacity)
         });
         let (only_shown, edges) = (self.slice_only_shown, self.slice_edges);
         let slices = across.chain(self.slice_plane.iter().copied());
@@ -187,17 +198,16 @@ impl InsideFlags {
     }
 
     /// Refuses slices across an axis that meet nothing of the volume.
-    fn refuse_beside(&self, lattice: &Lattice) -> Result<(), String> {
-        let is_beside =
-            |at: &&SliceAt| !(0.0..=1.0).contains(&at.place.share(lattice.dims[at.axis]));
+    fn refuse_beside(&self, volume: &ScalarVolume) -> Result<(), String> {
+        let is_beside = |at: &&SliceAt| !(0.0..=1.0).contains(&at.place.share(volume, at.axis));
         let Some(SliceAt { axis, place, .. }) = self.slice.iter().find(is_beside) else {
             return Ok(());
         };
         let name = ["x", "y", "z"][*axis];
+        let ([number, _], range) = numbers_along(volume, *axis);
         Err(format!(
-            "expected --slice {name}= with a sample from 0 to {} or a share from 0% to 100%, found {}, which lies beside \
+            "expected --slice {name}= with a {number} from {range} or a share from 0% to 100%, found {}, which lies beside \
              the volume; give one of those",
-            lattice.dims[*axis] - 1,
             place.words()
         ))
     }
@@ -216,12 +226,12 @@ impl InsideFlags {
     }
 }
 
-/// A place along an axis: a sample's number, or a percentage.
+/// A place along an axis: a number, or a percentage.
 fn place(text: &str) -> Result<Place, String> {
     let text = text.trim();
     match text.strip_suffix('%') {
         Some(percent) => Ok(Place::Share(values::number(percent)? / 100.0)),
-        None => values::number(text).map(Place::Sample),
+        None => values::number(text).map(Place::Number),
     }
 }
 

@@ -8,11 +8,9 @@ use serde::Serialize;
 
 use crate::cells::Cells;
 
-/// The points and cells of an unstructured grid.
+/// The cells of an unstructured grid.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CellsInfo {
-    /// How many points the file has.
-    pub points: usize,
     /// How many cells, those without volume among them.
     pub cells: usize,
     /// How many there are of each kind.
@@ -37,7 +35,6 @@ impl CellsInfo {
             *cell_kinds.entry(kind_name(*kind)).or_default() += count;
         }
         Self {
-            points: cells.own_points(),
             cells: cells.own_cells(),
             cell_kinds,
             split_cells: census.split,
@@ -98,7 +95,6 @@ fn kind_name(kind: u8) -> String {
 
 impl fmt::Display for CellsInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{:<11}{}", "points", self.points)?;
         let kinds: Vec<String> =
             self.cell_kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
         let kinds = if kinds.is_empty() { "none".to_owned() } else { kinds.join(", ") };

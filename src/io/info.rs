@@ -22,8 +22,9 @@ pub struct Info {
     pub format: String,
     /// `grid` for evenly spaced points, `rectilinear`, `curvilinear` or `unstructured`.
     pub kind: String,
-    /// Points along x, y, z; 1 along axes that the file lacks. Of `unstructured` grids all points along x.
-    pub dims: [usize; 3],
+    /// Points along x, y, z; 1 along axes that the file lacks. `unstructured` grids have none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dims: Option<[usize; 3]>,
     /// World distance between neighbours along each axis; 1 along axes that the file lacks. Of a `grid`
     /// alone, like the next two.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -40,7 +41,10 @@ pub struct Info {
     /// Least and greatest x, then y, then z of the points; of `curvilinear` and `unstructured` grids alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[f64; 6]>,
-    /// Points and cells; of `unstructured` grids alone.
+    /// How many points there are; of `unstructured` grids alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<usize>,
+    /// Cells; of `unstructured` grids alone, and not where points are all that they have.
     #[serde(flatten)]
     pub cells: Option<CellsInfo>,
     /// The file's name for its space, where it has one.
@@ -192,19 +196,21 @@ pub fn describe_grid(
         Shape::Rectilinear(lists) => Some(lists.each_ref().map(|list| CoordinateInfo::of(list))),
         _ => None,
     };
+    let unstructured = match &grid.shape {
+        Shape::Unstructured(cells) => Some(cells),
+        _ => None,
+    };
     Ok(Info {
         format: format.to_owned(),
         kind: grid.shape.name().to_owned(),
-        dims: lattice.dims,
+        dims: unstructured.is_none().then_some(lattice.dims),
         spacing: is_even.then(|| lattice.spacing.to_array()),
         origin: is_even.then(|| lattice.origin.to_array()),
         direction: is_even.then(|| lattice.direction.to_cols_array()),
         coordinates,
         bounds: bounds(&grid.shape),
-        cells: match &grid.shape {
-            Shape::Unstructured(cells) => Some(CellsInfo::of(cells)),
-            _ => None,
-        },
+        points: unstructured.map(|cells| cells.own_points()),
+        cells: unstructured.filter(|_| !grid.are_points_alone()).map(|cells| CellsInfo::of(cells)),
         space: grid.space.clone(),
         unit: grid.unit.clone(),
         fields: fields.collect::<Result<_, _>>()?,
@@ -250,11 +256,15 @@ fn without_rounding(value: f64) -> f64 {
 impl fmt::Display for Info {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let triple = |v: [f64; 3]| v.map(|v| plain_or_power(without_rounding(v))).join(" ");
-        let [x, y, z] = self.dims;
         writeln!(f, "{:<11}{}, {}", "format", self.format, self.kind)?;
-        match &self.cells {
-            Some(cells) => write!(f, "{cells}")?,
-            None => writeln!(f, "{:<11}{x} × {y} × {z}", "dims")?,
+        if let Some([x, y, z]) = self.dims {
+            writeln!(f, "{:<11}{x} × {y} × {z}", "dims")?;
+        }
+        if let Some(points) = self.points {
+            writeln!(f, "{:<11}{points}", "points")?;
+        }
+        if let Some(cells) = &self.cells {
+            write!(f, "{cells}")?;
         }
         if let Some(spacing) = self.spacing {
             writeln!(f, "{:<11}{}", "spacing", triple(spacing))?;

@@ -247,7 +247,8 @@ fn shown(
     Some([x, y, z])
 }
 
-/// The box along a volume's own axes that holds what shows of it under a transfer function; where nothing does, all of it.
+/// The box along a volume's own axes that holds what shows of it under a transfer function; where nothing does, all of it. Where
+/// samples lie on a lattice that was made over a mesh or points, its sides are those of all of these where nothing of them is hidden.
 pub fn box_of_what_shows(volume: &ScalarVolume, transfer: &TransferFunction) -> ClipBox {
     let lattice = &volume.lattice;
     let index_from_world = lattice.axes().inverse();
@@ -255,7 +256,14 @@ pub fn box_of_what_shows(volume: &ScalarVolume, transfer: &TransferFunction) -> 
     let Some(ends) = shown(volume, transfer, rows.map(DVec3::normalize_or_zero)) else {
         return ClipBox::WHOLE;
     };
+    let is_there = TransferFunction { opacity: vec![(0.0, 1.0)], ..transfer.clone() };
+    let own = volume.own_bounds.and_then(|_| shown(volume, &is_there, DVec3::AXES));
     let share = |axis: usize, end: usize| {
+        // Made lattices lie along the axes of the world. What is thin counts less, which moves an end a little.
+        let inset = own.map(|own| (ends[axis][end] - own[axis][end]) * [1.0, -1.0][end]);
+        if inset.is_some_and(|inset| inset < 2.0 * lattice.spacing[axis]) {
+            return [0.0, 1.0][end];
+        }
         let samples = ends[axis][end] * rows[axis].length();
         (0.5 + samples / lattice.dims[axis] as f64).clamp(0.0, 1.0)
     };
@@ -489,6 +497,31 @@ mod tests {
             (from - low).max_element() < 2.0 && (high - to).max_element() < 2.0,
             "{low} to {high}"
         );
+    }
+
+    /// Half a sample of the lattice that was made over a mesh was hidden at each side before anybody had cut anything.
+    #[test]
+    fn the_box_of_a_mesh_of_which_nothing_is_hidden_is_all_of_it() {
+        let lattice = Lattice::unit([60, 40, 30]);
+        let middle = DVec3::new(29.5, 19.5, 14.5);
+        // A ball of the mesh, and nothing about it.
+        let value = |i: usize| {
+            let at = DVec3::from([i % 60, i / 60 % 40, i / 2400].map(|n| n as f64));
+            let far = ((at - middle) / DVec3::new(29.5, 19.5, 14.5)).length();
+            if far < 1.0 { at.x as f32 } else { f32::NAN }
+        };
+        let samples = Samples::Float32((0..lattice.len()).map(value).collect());
+        let volume = ScalarVolume::from_samples("ball", lattice, samples).expect("sound");
+        let own_bounds = Some([DVec3::ZERO, middle * 2.0]);
+        let mesh = ScalarVolume { own_bounds, ..volume.clone() };
+        let map = ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 60.0] };
+        let all = TransferFunction::of(vec![(0.0, 0.02), (60.0, 1.0)], map.clone());
+        assert_eq!(box_of_what_shows(&mesh, &all), ClipBox::WHOLE);
+        assert_ne!(box_of_what_shows(&volume, &all), ClipBox::WHOLE, "what is missing may be cut");
+        let half = TransferFunction::of(vec![(29.5, 0.0), (29.5, 1.0)], map);
+        let ClipBox { low, high } = box_of_what_shows(&mesh, &half);
+        assert_eq!(([low[1], low[2]], high), ([0.0; 2], [1.0; 3]));
+        assert!((low[0] - 0.5).abs() < 0.05, "{low:?}");
     }
 
     #[test]

@@ -378,7 +378,7 @@ impl Grid {
         ticket: &Ticket,
     ) -> Result<ScalarVolume, VolumeError> {
         let samples = self.samples_of(field, component, ticket)?;
-        let Spaced { lattice, samples, cells, scattered, statistics } =
+        let Spaced { lattice, samples, cells, scattered, statistics, own_bounds } =
             self.evenly_spaced(field, samples, ticket)?;
         let statistics = match statistics {
             Some(own) => own,
@@ -432,6 +432,7 @@ impl Grid {
             functions,
             cells,
             scattered,
+            own_bounds,
         })
     }
 }
@@ -504,6 +505,9 @@ pub struct ScalarVolume {
     pub cells: Option<Arc<CellField>>,
     /// The points whose values they are: scattered ones, or those of the cells.
     pub scattered: Option<Arc<Scattered>>,
+    /// Least and greatest x, y, z of the places that the file has values at, where `lattice` was made for these; `None` where the
+    /// samples are the file's own.
+    pub own_bounds: Option<[DVec3; 2]>,
 }
 
 impl ScalarVolume {

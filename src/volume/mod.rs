@@ -3,6 +3,7 @@
 //! Owns what a file holds once read ([`Grid`]), the one scalar field of it that is drawn
 //! ([`ScalarVolume`]), and its vectors ([`VectorField`]). Refuses files and the GPU. Imports `core`, `rbf` and `cells`.
 
+mod coordinates;
 pub mod cover;
 pub mod demo;
 mod depth;
@@ -19,6 +20,7 @@ mod unit;
 mod vector_field;
 mod vectors_on_cells;
 
+pub use coordinates::Coordinates;
 pub use error::VolumeError;
 pub use grid::{Association, Component, Field, Grid, LabelName, Lattice, ScalarVolume};
 pub use joint::{JOINT_BINS, JointHistogram};

@@ -90,7 +90,7 @@ fn differences(entry: &Value, opened: &Opened, info: &Info) -> Vec<String> {
             found.push(format!("{what}: expected {expected:?}, found {actual:?}"));
         }
     };
-    let dims = info.dims.map(|n| n as f64);
+    let dims = info.dims.unwrap_or([0; 3]).map(|n| n as f64);
     near("dims", numbers(&entry["dims"]).map(|d| padded(&d, 1.0)), &dims);
     let told = |list: Option<&[f64]>| list.unwrap_or_default().to_vec();
     let spacing = told(info.spacing.as_ref().map(|s| &s[..]));
@@ -334,7 +334,7 @@ fn winds_in_netcdf_are_what_the_oracle_says() {
     };
     let opened = open_entry(entry).unwrap();
     let info = describe(&opened, &Ticket::new()).unwrap();
-    assert_eq!((info.kind.as_str(), info.dims), ("rectilinear", [480, 241, 3]));
+    assert_eq!((info.kind.as_str(), info.dims), ("rectilinear", Some([480, 241, 3])));
     let variables = entry["variables"].as_array().unwrap();
     let variable = |name: &str| variables.iter().find(|v| v["name"] == name).unwrap();
     for (name, list) in ["longitude", "latitude"].into_iter().zip(info.coordinates.unwrap()) {

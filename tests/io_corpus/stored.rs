@@ -14,7 +14,7 @@ use super::{numbers, padded, sha256};
 /// Everything in which an opened file differs from such an entry.
 pub(super) fn differences(entry: &Value, opened: &Opened, info: &Info) -> Vec<String> {
     let mut found = Vec::new();
-    let dims = info.dims.map(|n| n as f64);
+    let dims = info.dims.unwrap_or([0; 3]).map(|n| n as f64);
     let expected = entry["expected_volume"]["dims"]
         .as_array()
         .map_or(&entry["dims"], |_| &entry["expected_volume"]["dims"]);

@@ -219,3 +219,64 @@ fn isosurfaces_and_slices_are_added_set_and_removed() {
     }
     assert!(inside(&bench).is_plain());
 }
+
+#[test]
+fn places_in_meshes_and_points_are_coordinates_and_their_box_opens_whole() {
+    let mut bench = Bench::opened();
+    for name in ["ring.vtu", "points.csv"] {
+        bench.open(name);
+        bench.settle();
+        let has_cells = bench.harness.query_by_role_and_label(Role::Label, "Cells").is_some();
+        assert_eq!(has_cells, name == "ring.vtu", "points that no cell joins are told once");
+        if name == "points.csv" {
+            tick(&mut bench, "Its points shown");
+        }
+        let volume = bench.window().scene().unwrap().volume().unwrap().clone();
+        tick(&mut bench, "Clip box");
+        assert_eq!(bounds(&bench), ClipBox::WHOLE, "{name}: nothing of it is hidden");
+        let value = |bench: &Bench, label: &str| {
+            let node = bench.harness.get_by_role_and_label(Role::SpinButton, label);
+            node.accesskit_node().numeric_value().expect("a number")
+        };
+        let [low, high] = volume.own_bounds.expect("no lattice of its own");
+        for (label, end) in [("Along z from", low.z), ("Along z to", high.z)] {
+            assert!(
+                (value(&bench, label) - end).abs() < 1e-3,
+                "{name}, {label}: as the file has it"
+            );
+        }
+        bench.set_slider("Along z to", 0.125);
+        let lattice = &volume.lattice;
+        let [_, cut] = bounds(&bench).in_index(lattice.dims);
+        assert!((lattice.world_from_index(cut).z - 0.125).abs() < 1e-9, "{name}");
+        bench.set_slider("Along z to", high.z);
+        assert_eq!(bounds(&bench), ClipBox::WHOLE, "{name}: its end is the volume's");
+        press(&mut bench, "Add slice");
+        bench.set_slider("Slice 1 place", -0.25);
+        let at = inside(&bench).slices[0].plane.point.z;
+        assert!((at + 0.25).abs() < 1e-9, "{name}: {at}");
+        press(&mut bench, "Remove slice 1");
+        tick(&mut bench, "Clip box");
+    }
+}
+
+#[test]
+fn a_slice_in_opaque_matter_says_why_nothing_is_seen_of_it() {
+    let says = |bench: &Bench| {
+        bench.tells("hidden inside what is opaque") || bench.tells("Hidden inside what is opaque")
+    };
+    let mut bench = Bench::opened();
+    bench.open("points.csv");
+    bench.settle();
+    press(&mut bench, "Add slice");
+    let alone = "A surface by itself has neither slices nor isosurfaces: show its points under Data for these";
+    assert!(bench.shows(alone) && !says(&bench), "points open as small bodies");
+    tick(&mut bench, "Its points shown");
+    assert!(!bench.shows(alone));
+    assert!(says(&bench), "points are opaque at first");
+    tick(&mut bench, "Clip box");
+    assert!(says(&bench), "nothing is cut");
+    // It is looked at from above.
+    bench.set_slider("Along z to", 0.0);
+    assert!(!says(&bench), "the slice lies open");
+}

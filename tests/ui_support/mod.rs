@@ -356,12 +356,19 @@ impl Library for NamedFiles {
                 let grid = voxsplat::volume::demo::open("mesh", Some(4)).expect("a demo");
                 Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
             }
-            // The same points, without the cells.
+            // The same points, each by itself.
             "points.csv" => {
                 let mut grid = voxsplat::volume::demo::open("mesh", Some(4)).expect("a demo");
                 if let Shape::Unstructured(cells) = &grid.shape {
                     let points = cells.points().to_vec();
-                    let listing = Listing { points, starts: vec![0], ..Listing::default() };
+                    let vertices = 0..u32::try_from(points.len()).expect("a few");
+                    let listing = Listing {
+                        types: vec![1; points.len()],
+                        starts: (0..=points.len()).collect(),
+                        corners: vertices.collect(),
+                        points,
+                        ..Listing::default()
+                    };
                     let cells = cells::Cells::new(listing).expect("points");
                     grid.shape = Shape::Unstructured(Arc::new(cells));
                 }

@@ -4,7 +4,7 @@ use eframe::egui::{Button, ComboBox, Slider, SliderClamping, Ui};
 use glam::DVec3;
 
 use super::inside::{listed_ui, note_ui, remove_ui};
-use super::range::range_ui;
+use super::range::{Numbers, range_ui};
 use super::{row_ui, slider_ui};
 use crate::app::modes;
 use crate::core::Camera;
@@ -137,11 +137,22 @@ fn box_ui(ui: &mut Ui, editor: &mut ClipEditor, scene: &mut Scene) {
                 .on_hover_text("Draw the box over the picture, with a handle on each of its faces");
         }
     });
+    let volume = scene.volume().cloned();
     if let Some(ClipBox { low, high }) = &mut scene.inside.clip.bounds {
         for (a, name) in ["Along x", "Along y", "Along z"].into_iter().enumerate() {
-            let help = "Where the box begins and ends along this axis of the volume: 0% is its first \
-                        sample, 100% its last";
-            range_ui(ui, name, [&mut low[a], &mut high[a]], LEAST, help);
+            let along = volume.as_deref().and_then(|volume| volume.coordinates(a));
+            let unit = volume.as_deref().and_then(|volume| volume.unit.as_deref());
+            let (numbers, help) = match along {
+                Some(along) => (
+                    Numbers::Coordinates(along, unit),
+                    "Where the box begins and ends along this axis: coordinates as the file has them",
+                ),
+                None => (
+                    Numbers::Percent,
+                    "Where the box begins and ends along this axis of the volume: 0% is its first sample, 100% its last",
+                ),
+            };
+            range_ui(ui, (name, &numbers), [&mut low[a], &mut high[a]], LEAST, help);
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::app::words;
 use crate::core::memory::human_bytes;
 use crate::io::Series;
 use crate::scene::{Scene, SplatSettings};
-use crate::volume::{Component, Field, ScalarVolume, Shape};
+use crate::volume::{Component, Field, Grid, ScalarVolume, Shape};
 
 /// Another number of the file that a person wants to see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
     ];
     let mut rows = vec![("Name", document.source.name(), "What was opened")];
     match shape {
-        Shape::Unstructured(_) => rows.extend(mesh_rows(shape)),
+        Shape::Unstructured(_) => rows.extend(mesh_rows(&document.grid)),
         _ => rows.extend(lattice_rows),
     }
     rows.extend([
@@ -163,12 +163,12 @@ pub fn points_ui(ui: &mut Ui, scene: &mut Scene) {
 }
 
 /// What there is in the place of a lattice's samples.
-fn mesh_rows(shape: &Shape) -> Vec<(&'static str, String, &'static str)> {
-    let Shape::Unstructured(cells) = shape else { return Vec::new() };
+fn mesh_rows(grid: &Grid) -> Vec<(&'static str, String, &'static str)> {
+    let Shape::Unstructured(cells) = &grid.shape else { return Vec::new() };
     let [points, own] = [cells.own_points(), cells.own_cells()].map(|n| words::count(n as u64));
     let [low, high] = cells.bounds();
     let mut rows = vec![("Points", points, "How many the file has")];
-    if cells.own_cells() > 0 {
+    if !grid.are_points_alone() {
         rows.push(("Cells", own, "How many the file has, those without volume among them"));
     }
     let size = (high - low).to_array().map(words::value).join(" × ");

@@ -9,11 +9,18 @@ use crate::core::colour::srgb_from_linear;
 use crate::core::{Camera, Srgb8};
 use crate::kernel::Kernel;
 use crate::scene::{
-    AlongRay, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene, Slice,
+    AlongRay, Effect, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene, Slice,
     projected_range,
 };
-use crate::volume::{Lattice, Statistics};
+use crate::volume::{ScalarVolume, Statistics};
 
+/// What is said of a surface that cannot be seen for matter, and of one of which little is.
+const HIDDEN: [&str; 2] = [
+    "Hidden inside what is opaque: turn down the opacity, or clip",
+    "Mostly hidden inside what is opaque: turn down the opacity, or clip",
+];
+/// So much of a surface is next to nothing.
+const NEXT_TO_NOTHING: f64 = 0.05;
 /// What opacities of surfaces mean.
 const HIDES: &str = "How much it hides of what is behind";
 
@@ -22,6 +29,18 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     let Some((volume, transfer)) = scene.volume().cloned().zip(scene.transfer().cloned()) else {
         return;
     };
+    let inside = &scene.inside;
+    let isosurfaces = inside.isosurfaces.iter().map(|iso| scene.little_seen_of_isosurface(iso));
+    let slices = inside.slices.iter().map(|slice| scene.little_seen_of_slice(slice));
+    let little_seen: [Vec<Option<f64>>; 2] = [isosurfaces.collect(), slices.collect()];
+    let note_of = |kind: usize, i: usize| {
+        let seen = little_seen[kind].get(i).copied().flatten();
+        seen.map(|seen| HIDDEN[usize::from(seen > NEXT_TO_NOTHING)])
+    };
+    let has_any = !(inside.isosurfaces.is_empty() && inside.slices.is_empty());
+    if has_any && !scene.shows_field() {
+        note_ui(ui, words_without_field(scene));
+    }
     let Scene { inside, camera, splat, .. } = scene;
     let Inside { along, isosurfaces, slices, .. } = inside;
     if *along != AlongRay::Composite && !(isosurfaces.is_empty() && slices.is_empty()) {
@@ -41,21 +60,41 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     };
     let help = "A surface where the values pass a level, lit by the scene's lights";
     let more = ["Add isosurface", "isosurfaces", help];
-    let one = |ui: &mut Ui, i, iso: &mut _| isosurface_ui(ui, i, iso, statistics, &colour_at);
+    let one = |ui: &mut Ui, i, iso: &mut _| {
+        let removed = isosurface_ui(ui, i, iso, statistics, &colour_at);
+        note_of(0, i).into_iter().for_each(|text| note_ui(ui, text));
+        removed
+    };
     if listed_ui(ui, isosurfaces, MOST_ISOSURFACES, more, one) {
         let value = statistics.quantile(0.9);
         isosurfaces.push(Isosurface { value, opacity: 1.0, colour: None });
     }
-    let lattice = &volume.lattice;
     let more = ["Add slice", "slices", "A plane that shows the values on it in their colours"];
     let has_cells = splat.kernel == Kernel::Cells;
-    let one = |ui: &mut Ui, i, slice: &mut _| slice_ui(ui, (i, has_cells), slice, lattice, camera);
+    let one = |ui: &mut Ui, i, slice: &mut _| {
+        let removed = slice_ui(ui, (i, has_cells), slice, &volume, camera);
+        note_of(1, i).into_iter().for_each(|text| note_ui(ui, text));
+        removed
+    };
     if listed_ui(ui, slices, MOST_SLICES, more, one) {
+        let lattice = &volume.lattice;
         // The axis that has the fewest of them.
         let on =
             |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
         let axis = [2, 1, 0].into_iter().min_by_key(|axis| on(*axis)).unwrap_or_default();
         slices.push(Slice { only_shown: true, ..Slice::across(lattice, axis, 0.5, 1.0) });
+    }
+}
+
+/// Why slices and isosurfaces are not there without a field, and the way out.
+fn words_without_field(scene: &Scene) -> &'static str {
+    match scene.refusal_of(Effect::Clip) {
+        Some(_) => {
+            "Vectors without their field have neither slices nor isosurfaces: show that under Vectors"
+        }
+        None => {
+            "A surface by itself has neither slices nor isosurfaces: show its points under Data for these"
+        }
     }
 }
 
@@ -140,10 +179,11 @@ fn slice_ui(
     ui: &mut Ui,
     (i, has_cells): (usize, bool),
     slice: &mut Slice,
-    lattice: &Lattice,
+    volume: &ScalarVolume,
     camera: &Camera,
 ) -> bool {
     let name = format!("Slice {}", i + 1);
+    let lattice = &volume.lattice;
     let across = (0..3).find(|&axis| slice.share_across(lattice, axis).is_some());
     let removed = row_ui(ui, &name, |ui| {
         let called = ["Across x", "Across y", "Across z"];
@@ -167,14 +207,9 @@ fn slice_ui(
         let label = format!("{name} place");
         match across {
             Some(axis) => {
-                let samples = lattice.dims[axis] as f64;
                 let share = slice.share_across(lattice, axis).unwrap_or(0.5);
-                let mut sample = share * samples - 0.5;
-                let slider = Slider::new(&mut sample, 0.0..=samples - 1.0).max_decimals(1);
-                let moved = slider_ui(ui, &label, true, slider.clamping(SliderClamping::Edits));
-                if moved.on_hover_text("The number of the sample that it passes, from 0").changed()
-                {
-                    slice.plane = Slice::across(lattice, axis, (sample + 0.5) / samples, 1.0).plane;
+                if let Some(share) = place_ui(ui, &label, share, volume, axis) {
+                    slice.plane = Slice::across(lattice, axis, share, 1.0).plane;
                 }
             }
             None => super::clip::offset_ui(ui, &label, &mut slice.plane, lattice),
@@ -197,6 +232,32 @@ fn slice_ui(
         });
     }
     removed
+}
+
+/// Where a slice lies across an axis, at a share of the extent: the number of a sample, or a coordinate where samples have none.
+/// Where it is moved to.
+fn place_ui(
+    ui: &mut Ui,
+    label: &str,
+    share: f64,
+    volume: &ScalarVolume,
+    axis: usize,
+) -> Option<f64> {
+    let Some(along) = volume.coordinates(axis) else {
+        let samples = volume.lattice.dims[axis] as f64;
+        let mut sample = share * samples - 0.5;
+        let slider = Slider::new(&mut sample, 0.0..=samples - 1.0).max_decimals(1);
+        let moved = slider_ui(ui, label, true, slider.clamping(SliderClamping::Edits));
+        let moved = moved.on_hover_text("The number of the sample that it passes, from 0");
+        return moved.changed().then_some((sample + 0.5) / samples);
+    };
+    let ([low, high], mut coordinate) = (along.ends, along.at(share));
+    let slider = Slider::new(&mut coordinate, low..=high).max_decimals(along.decimals());
+    let unit = volume.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+    let slider = slider.suffix(unit).clamping(SliderClamping::Edits);
+    let moved = slider_ui(ui, label, true, slider);
+    let moved = moved.on_hover_text("The coordinate that it passes, as the file has it");
+    moved.changed().then(|| along.share(coordinate))
 }
 
 /// A rendering is called so, and means this, one line.

@@ -129,7 +129,12 @@ pub(super) fn slider_ui(ui: &mut Ui, name: &str, enabled: bool, slider: Slider<'
 
 /// A number that can be dragged or typed, called `name`.
 pub(super) fn number_ui(ui: &mut Ui, name: &str, drag: DragValue<'_>) -> Response {
-    let size = vec2(NUMBER_WIDTH, ui.spacing().interact_size.y);
+    wide_number_ui(ui, name, NUMBER_WIDTH, drag)
+}
+
+/// The same of numbers that may need more room.
+fn wide_number_ui(ui: &mut Ui, name: &str, width: f32, drag: DragValue<'_>) -> Response {
+    let size = vec2(width, ui.spacing().interact_size.y);
     ui.add_sized(size, drag).accessible_name(name)
 }
 

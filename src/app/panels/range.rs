@@ -1,45 +1,113 @@
 //! A range with two handles, each of which is also a number.
 
 use eframe::egui::{
-    CornerRadius, CursorIcon, DragValue, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2,
+    CornerRadius, CursorIcon, DragValue, Rect, Sense, Stroke, StrokeKind, TextStyle, Ui,
+    WidgetText, pos2, vec2,
 };
 
-use super::{NUMBER_WIDTH, number_ui, row_ui};
+use super::{NUMBER_WIDTH, row_ui, wide_number_ui};
 use crate::app::theme;
+use crate::volume::Coordinates;
 
 /// Width of a handle, points.
 const HANDLE: f32 = 8.0;
 
-/// A row of a part of 0..=1, in percent: its ends as numbers, and between them a track with a handle
-/// for each. Neither end comes nearer to the other than `least`.
+/// What the ends of a range are told in.
+#[derive(Debug, Clone)]
+pub(super) enum Numbers<'a> {
+    /// Shares of the whole.
+    Percent,
+    /// Coordinates, and what lengths are given in where that is known.
+    Coordinates(Coordinates, Option<&'a str>),
+}
+
+impl Numbers<'_> {
+    /// The number of a share, and the least and the greatest that can be chosen. The whole ends where the file's places do, not
+    /// with the samples that were made over these.
+    fn shown(&self, share: f64) -> (f64, [f64; 2]) {
+        match self {
+            Self::Percent => (share * 100.0, [0.0, 100.0]),
+            Self::Coordinates(along, _) => {
+                let [low, high] = along.ends;
+                let shown = match share {
+                    share if share <= 0.0 => low,
+                    share if share >= 1.0 => high,
+                    share => along.at(share).clamp(low, high),
+                };
+                (shown, along.ends)
+            }
+        }
+    }
+
+    fn share(&self, shown: f64) -> f64 {
+        match self {
+            Self::Percent => shown / 100.0,
+            Self::Coordinates(along, _) if shown <= along.ends[0] => 0.0,
+            Self::Coordinates(along, _) if shown >= along.ends[1] => 1.0,
+            Self::Coordinates(along, _) => along.share(shown),
+        }
+    }
+
+    fn words(&self, shown: f64) -> String {
+        match self {
+            // No wider than its place: whole ones without their point.
+            Self::Percent => ((shown * 10.0).round() / 10.0).to_string(),
+            Self::Coordinates(along, _) => along.words(shown),
+        }
+    }
+
+    /// What stands behind a number.
+    fn suffix(&self) -> &'static str {
+        if matches!(self, Self::Percent) { "%" } else { "" }
+    }
+
+    /// Room for either end wherever it is, points.
+    fn width(&self, ui: &Ui) -> f32 {
+        let width = |share: f64| {
+            let words = WidgetText::from(self.words(self.shown(share).0) + self.suffix());
+            words.into_galley(ui, None, f32::INFINITY, TextStyle::Button).size().x
+        };
+        // One between the ends has all digits.
+        let longest =
+            [0.0, 0.123_456_7, 0.876_543_3, 1.0].map(width).into_iter().fold(0.0, f32::max);
+        NUMBER_WIDTH.max(longest + 2.0 * ui.spacing().button_padding.x)
+    }
+}
+
+/// A row of a part of 0..=1: its ends as numbers, and between them a track with a handle for each. Neither end comes nearer to
+/// the other than `least`.
 pub(super) fn range_ui(
     ui: &mut Ui,
-    name: &str,
+    (name, numbers): (&str, &Numbers<'_>),
     [low, high]: [&mut f64; 2],
     least: f64,
     help: &str,
 ) {
-    row_ui(ui, name, |ui| {
-        let percent = |ui: &mut Ui, value: &mut f64, name: String| {
-            let mut shown = *value * 100.0;
-            let drag = DragValue::new(&mut shown).speed(0.25).range(0.0..=100.0);
-            // No wider than its place: whole ones without their point.
-            let drag =
-                drag.custom_formatter(|percent, _| format!("{}", (percent * 10.0).round() / 10.0));
-            let response = number_ui(ui, &name, drag.suffix("%"));
+    let label = match numbers {
+        Numbers::Coordinates(_, Some(unit)) => format!("{name} ({unit})"),
+        _ => name.to_owned(),
+    };
+    row_ui(ui, &label, |ui| {
+        let number_width = numbers.width(ui);
+        let number = |ui: &mut Ui, share: &mut f64, name: String| {
+            let (mut shown, [least, most]) = numbers.shown(*share);
+            let speed = (most - least) / 400.0;
+            let drag = DragValue::new(&mut shown).speed(speed).range(least..=most);
+            let drag = drag.custom_formatter(|shown, _| numbers.words(shown));
+            let response = wide_number_ui(ui, &name, number_width, drag.suffix(numbers.suffix()));
             if response.on_hover_text(help).changed() {
-                *value = shown / 100.0;
+                *share = numbers.share(shown);
             }
         };
-        percent(ui, low, format!("{name} from"));
+        number(ui, low, format!("{name} from"));
         *low = low.clamp(0.0, 1.0 - least);
         *high = high.max(*low + least);
         let spacing = ui.spacing().item_spacing.x;
-        let width = (ui.available_width() - NUMBER_WIDTH - spacing).max(40.0);
+        let width = (ui.available_width() - number_width - spacing).max(24.0);
         let size = vec2(width, ui.spacing().interact_size.y);
         let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
         track_ui(ui, name, rect, [&mut *low, &mut *high], least);
-        percent(ui, high, format!("{name} to"));
+        number(ui, high, format!("{name} to"));
         *high = high.clamp(least, 1.0);
         *low = low.min(*high - least);
     });

@@ -5,6 +5,7 @@
 //! pass over it ([`Inside::check`]).
 
 mod clip;
+mod hidden;
 mod projected;
 mod surfaces;
 

@@ -37,12 +37,14 @@ pub(super) struct Spaced {
     pub scattered: Option<Arc<Scattered>>,
     /// Of the values themselves, where those of the samples say something else.
     pub statistics: Option<Statistics>,
+    /// Of the file's places, where the lattice was made for them.
+    pub own_bounds: Option<[DVec3; 2]>,
 }
 
 impl Spaced {
     /// Samples that are drawn as they are.
     fn plain(lattice: Lattice, samples: Arc<Samples>) -> Self {
-        Self { lattice, samples, cells: None, scattered: None, statistics: None }
+        Self { lattice, samples, cells: None, scattered: None, statistics: None, own_bounds: None }
     }
 }
 
@@ -87,6 +89,14 @@ impl Grid {
         })
     }
 
+    /// Whether points are all that there is: no cell joins any, nor has a number of its own that no point has.
+    pub fn are_points_alone(&self) -> bool {
+        let Shape::Unstructured(cells) = &self.shape else { return false };
+        let is_on_cells = |field: &Field| field.association == Association::Cell;
+        let is_one_each = cells.own_cells() == cells.own_points();
+        cells.join_nothing() && (is_one_each || !self.fields.iter().any(is_on_cells))
+    }
+
     /// The lattice that a field is drawn on, its `samples` there, and the cells and points that these are samples of, where
     /// there are any.
     ///
@@ -115,7 +125,8 @@ impl Grid {
                 Association::Cell => On::Cells,
             };
             let cells = Arc::new(CellField::new(cells, on, own()));
-            let lattice = lattice_in(cells.cells().bounds(), like_cubes(cells.cells()));
+            let bounds = cells.cells().bounds();
+            let lattice = lattice_in(bounds, like_cubes(cells.cells()));
             let fill = Fill::Cells(&cells);
             let samples = Arc::new(fill.samples(&lattice, is_wide(&values), ticket)?);
             let scattered = Scattered::of_cells(&cells).map(Arc::new);
@@ -127,14 +138,17 @@ impl Grid {
                 }
                 None => None,
             };
-            return Ok(Spaced { lattice, samples, cells: Some(cells), scattered, statistics });
+            let (cells, own_bounds) = (Some(cells), Some(bounds));
+            return Ok(Spaced { lattice, samples, cells, scattered, statistics, own_bounds });
         }
         if let Shape::Unstructured(cells) = &self.shape {
             return self.of_points(cells, field, &values, ticket);
         }
         let lattice = lattice(&shape, dims);
         let values = samples(&values, &shape, &lattice, ticket)?;
-        Ok(Spaced::plain(lattice, Arc::new(values)))
+        let last = DVec3::from(lattice.dims.map(|n| (n - 1) as f64));
+        let own_bounds = Some([lattice.origin, lattice.world_from_index(last)]);
+        Ok(Spaced { own_bounds, ..Spaced::plain(lattice, Arc::new(values)) })
     }
 
     /// Values on points or cells of which none is a solid. Where they are many, a sample of the lattice is one of them, or none.
@@ -168,8 +182,9 @@ impl Grid {
         let ellipsoids = scattered.ellipsoids(ticket)?;
         let lattice = lattice_in(ellipsoids.bounds(), scattered.count());
         let samples = Fill::Ellipsoids(&ellipsoids).samples(&lattice, is_wide(values), ticket)?;
-        let samples = Arc::new(samples);
-        Ok(Spaced { scattered: Some(scattered), statistics, ..Spaced::plain(lattice, samples) })
+        let own_bounds = Some(bounds_of(places.iter().filter(|at| at.is_finite())));
+        let plain = Spaced::plain(lattice, Arc::new(samples));
+        Ok(Spaced { scattered: Some(scattered), statistics, own_bounds, ..plain })
     }
 
     /// The lattice that functions which are fitted to a field are sampled on: of unstructured cells and points one of cubes
@@ -227,9 +242,8 @@ fn dotted(places: &[DVec3], values: &[f64], name: &str) -> Result<Spaced, Volume
         let found = "values or places that are not finite".to_owned();
         return Err(VolumeError::NothingFinite { field: name.to_owned(), found });
     };
-    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    let wider = |[low, high]: [DVec3; 2], at: &usize| [low.min(places[*at]), high.max(places[*at])];
-    let lattice = lattice_in(there.iter().fold(none, wider), 0);
+    let bounds = bounds_of(there.iter().map(|at| &places[*at]));
+    let lattice = lattice_in(bounds, 0);
     let mut samples = vec![f64::NAN; lattice.len()];
     let [nx, ny, _] = lattice.dims;
     for at in there.into_iter().chain([least, most]) {
@@ -239,7 +253,14 @@ fn dotted(places: &[DVec3], values: &[f64], name: &str) -> Result<Spaced, Volume
         let [x, y, z] = index.clamp(DVec3::ZERO, last).to_array().map(|v| v as usize);
         samples[(z * ny + y) * nx + x] = values[at];
     }
-    Ok(Spaced::plain(lattice, Arc::new(Samples::Float64(samples))))
+    let plain = Spaced::plain(lattice, Arc::new(Samples::Float64(samples)));
+    Ok(Spaced { own_bounds: Some(bounds), ..plain })
+}
+
+/// Least and greatest x, y, z of places.
+fn bounds_of<'a>(places: impl Iterator<Item = &'a DVec3>) -> [DVec3; 2] {
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    places.fold(none, |[low, high], at| [low.min(*at), high.max(*at)])
 }
 
 /// How many cubes solids are worth: five tetrahedra or six are one, cut.

@@ -1,0 +1,223 @@
+//! How much of a slice or an isosurface is seen through the matter before it.
+
+use glam::DVec3;
+
+use super::{AlongRay, HalfSpace, Inside, Isosurface, Slice};
+use crate::core::Camera;
+use crate::scene::Scene;
+use crate::transfer::TransferFunction;
+use crate::volume::ScalarVolume;
+
+/// A surface of which this share is seen is not hidden.
+const SEEN: f64 = 0.25;
+/// Places of a slice that are looked at, along each side of the square about it, of which a part lies within the volume.
+const PLACES: usize = 12;
+/// Samples between which an isosurface is looked for, along each axis, and places of it at most.
+const SAMPLES: usize = 24;
+const MOST_PLACES: usize = 64;
+/// Steps of a ray at most.
+const MOST_STEPS: f64 = 128.0;
+/// Optical depth behind which nothing is seen.
+const OPAQUE: f64 = 5.0;
+
+impl Scene {
+    /// About how much of a slice the camera sees through the field, where that is less than a quarter: so dense is what lies
+    /// before it. `None` where it is more, where no slice is shown, and where opacities are told in ways that take long to follow.
+    pub fn little_seen_of_slice(&self, slice: &Slice) -> Option<f64> {
+        let places = |matter: &Matter<'_>| matter.places_of_slice(slice);
+        self.little_seen(places).filter(|_| slice.opacity > 0.0)
+    }
+
+    /// The same of an isosurface.
+    pub fn little_seen_of_isosurface(&self, iso: &Isosurface) -> Option<f64> {
+        let places = |matter: &Matter<'_>| matter.places_of_isosurface(iso.value);
+        self.little_seen(places).filter(|_| iso.opacity > 0.0)
+    }
+
+    fn little_seen(&self, places: impl Fn(&Matter<'_>) -> Vec<DVec3>) -> Option<f64> {
+        let (volume, transfer) = self.volume().zip(self.transfer())?;
+        let shading = &self.shading;
+        let is_by_value =
+            shading.opacity.is_none() && shading.modulation.is_none() && shading.regions.is_empty();
+        let shows_them = self.shows_field()
+            && self.inside.along == AlongRay::Composite
+            && Inside::is_shown_by(&self.splat);
+        if !is_by_value || !shows_them {
+            return None;
+        }
+        let kept = self.inside.clip.half_spaces(&volume.lattice);
+        let unit_distance = self.opacity_unit_distance();
+        let matter = Matter { volume, transfer, kept, unit_distance, camera: &self.camera };
+        let places = places(&matter);
+        let most = SEEN * places.len() as f64;
+        let mut seen = 0.0;
+        for place in &places {
+            seen += matter.seen(*place);
+            if seen >= most {
+                return None;
+            }
+        }
+        (!places.is_empty()).then(|| seen / places.len() as f64)
+    }
+}
+
+/// What lies before a surface. Places are in index space.
+struct Matter<'a> {
+    volume: &'a ScalarVolume,
+    transfer: &'a TransferFunction,
+    kept: Vec<HalfSpace>,
+    /// World length over which opacities are given.
+    unit_distance: f64,
+    camera: &'a Camera,
+}
+
+impl Matter<'_> {
+    fn is_kept(&self, at: DVec3) -> bool {
+        let most = DVec3::from(self.volume.lattice.dims.map(|n| n as f64)) - 0.5;
+        let is_within = at.cmpge(DVec3::splat(-0.5)).all() && at.cmple(most).all();
+        is_within && self.kept.iter().all(|half| half.normal.dot(at) >= half.least)
+    }
+
+    /// Opacity over a unit distance.
+    fn opacity(&self, at: DVec3) -> f64 {
+        let value = self.volume.value_at(self.volume.lattice.world_from_index(at));
+        // Beside a mesh or points there is nothing; samples of the file that are missing may have an opacity.
+        match value.is_nan() && self.volume.own_bounds.is_some() {
+            true => 0.0,
+            false => self.transfer.opacity_at(value),
+        }
+    }
+
+    /// Places evenly over a slice, where it shows something.
+    fn places_of_slice(&self, slice: &Slice) -> Vec<DVec3> {
+        let lattice = &self.volume.lattice;
+        let half = slice.plane.in_index(lattice);
+        let dims = DVec3::from(lattice.dims.map(|n| n as f64));
+        let middle = (dims - 1.0) / 2.0;
+        let middle = middle + half.normal * (half.least - half.normal.dot(middle));
+        let (u, v) = half.normal.any_orthonormal_pair();
+        let along = |i: usize| ((i as f64 + 0.5) / PLACES as f64 - 0.5) * dims.length();
+        let all =
+            (0..PLACES * PLACES).map(|i| middle + u * along(i % PLACES) + v * along(i / PLACES));
+        let shows = |at: &DVec3| {
+            let value = self.volume.value_at(lattice.world_from_index(*at));
+            self.is_kept(*at)
+                && !value.is_nan()
+                && (!slice.only_shown || self.transfer.opacity_at(value) > 0.0)
+        };
+        all.filter(shows).collect()
+    }
+
+    /// Places of an isosurface between samples, few of many.
+    fn places_of_isosurface(&self, level: f64) -> Vec<DVec3> {
+        let dims = self.volume.lattice.dims;
+        let steps = dims.map(|n| n.div_ceil(SAMPLES));
+        let strides = [1, dims[0], dims[0] * dims[1]];
+        let mut found = Vec::new();
+        for z in (0..dims[2]).step_by(steps[2]) {
+            for y in (0..dims[1]).step_by(steps[1]) {
+                for x in (0..dims[0]).step_by(steps[0]) {
+                    let at = [x, y, z];
+                    let value = |sample: usize| self.volume.samples.get(sample);
+                    let sample: usize = (0..3).map(|axis| at[axis] * strides[axis]).sum();
+                    let here = value(sample);
+                    for axis in (0..3).filter(|axis| at[*axis] + steps[*axis] < dims[*axis]) {
+                        let there = value(sample + steps[axis] * strides[axis]);
+                        let share = (level - here) / (there - here);
+                        if (0.0..=1.0).contains(&share) {
+                            let mut place = DVec3::from(at.map(|i| i as f64));
+                            place[axis] += share * steps[axis] as f64;
+                            found.push(place);
+                        }
+                    }
+                }
+            }
+        }
+        let every = found.len().div_ceil(MOST_PLACES).max(1);
+        found.into_iter().step_by(every).filter(|at| self.is_kept(*at)).collect()
+    }
+
+    /// How much of the light of a place comes to the eye, 0..=1.
+    fn seen(&self, at: DVec3) -> f64 {
+        let lattice = &self.volume.lattice;
+        let place = lattice.world_from_index(at);
+        let (way, mut left) = match self.camera.eye_distance() {
+            None => (-self.camera.direction, f64::INFINITY),
+            Some(_) => {
+                let way = self.camera.view_origin() - place;
+                (way.normalize_or_zero(), way.length())
+            }
+        };
+        let step = lattice.smallest_spacing().max(2.0 * lattice.bounding_radius() / MOST_STEPS);
+        let step_in_index = lattice.index_from_world(place + way * step) - at;
+        let (mut at, mut depth) = (at, 0.0);
+        loop {
+            // The matter that touches the surface hides nothing of it.
+            at += step_in_index;
+            left -= step;
+            if left <= 0.0 || depth > OPAQUE || !self.is_kept(at) {
+                return if depth > OPAQUE { 0.0 } else { (-depth).exp() };
+            }
+            depth -= (1.0 - self.opacity(at)).max(0.0).ln() * step / self.unit_distance;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::{Clip, ClipBox, CutFaces};
+    use super::*;
+    use crate::scene::{SampleSource, opening};
+    use crate::transfer::{ColourMap, ColourSource};
+    use crate::volume::{Lattice, Samples};
+
+    /// A ball whose values fall from 1 in its middle to 0 at the ends of the axes, as opaque as said from 0.2 on.
+    fn scene(opacity: f64) -> Scene {
+        let lattice = Lattice::unit([33; 3]);
+        let value = |i: usize| {
+            let at = DVec3::from([i % 33, i / 33 % 33, i / 33 / 33].map(|n| n as f64 - 16.0));
+            1.0 - at.length() / 16.0
+        };
+        let samples = Samples::Float64((0..lattice.len()).map(value).collect());
+        let volume = ScalarVolume::from_samples("ball", lattice, samples).expect("sound");
+        let mut scene = opening(SampleSource::default(), Arc::new(volume), None);
+        *scene.transfer_mut().expect("a field") = TransferFunction::of(
+            vec![(0.1, 0.0), (0.2, opacity)],
+            ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
+        );
+        scene
+    }
+
+    #[test]
+    fn what_lies_in_opaque_matter_is_hidden_until_it_is_cut_open_or_clear() {
+        let lattice = Lattice::unit([33; 3]);
+        let slice = Slice { only_shown: true, ..Slice::across(&lattice, 2, 0.5, 1.0) };
+        let inner = Isosurface { value: 0.6, opacity: 1.0, colour: None };
+        let outer = Isosurface { value: 0.15, ..inner };
+        let mut scene = scene(1.0);
+        let hides = |scene: &Scene, slice: &Slice| scene.little_seen_of_slice(slice);
+        assert!(hides(&scene, &slice).is_some_and(|seen| seen < 0.05));
+        assert!(scene.little_seen_of_isosurface(&inner).is_some_and(|seen| seen < 1e-3));
+        assert_eq!(scene.little_seen_of_isosurface(&outer), None, "it lies about the matter");
+        let all = Slice { only_shown: false, ..slice };
+        assert_eq!(hides(&scene, &all), None, "its corners lie beside the matter");
+        let beside = Slice::across(&lattice, 2, 3.0, 1.0);
+        let clear = Slice { opacity: 0.0, ..slice };
+        let both = [beside, clear].map(|slice| hides(&scene, &slice));
+        assert_eq!(both, [None; 2], "for other reasons");
+        // Clipped down to the slice from above and seen from there.
+        scene.camera.direction = DVec3::NEG_Z;
+        let bounds = Some(ClipBox { high: [1.0, 1.0, 0.5], ..ClipBox::WHOLE });
+        scene.inside.clip = Clip { bounds, planes: Vec::new(), faces: CutFaces::Through };
+        assert_eq!(hides(&scene, &slice), None);
+        scene.camera.direction = DVec3::Z;
+        assert!(hides(&scene, &slice).is_some(), "from below");
+        scene.show_field(false);
+        assert_eq!(hides(&scene, &slice), None, "no field");
+        let thin = self::scene(0.05);
+        assert_eq!(hides(&thin, &slice), None);
+        assert_eq!(thin.little_seen_of_isosurface(&inner), None);
+    }
+}
