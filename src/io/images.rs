@@ -95,6 +95,13 @@ pub(super) fn read(folder: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Op
     let Some((form, samples)) = whole else {
         return Err(unsupported("a folder of pictures", "none", "choose the folder that has them"));
     };
+    if others.len() >= slices {
+        return Err(unsupported(
+            "a folder of slices: pictures of one size and type",
+            format!("{slices} of {} pictures like the first", paths.len()),
+            "put the slices into a folder of their own",
+        ));
+    }
     if let Some(first) = others.first() {
         let (count, first) = (others.len(), quoted(first));
         let noun = if count == 1 { "picture" } else { "pictures" };
@@ -102,7 +109,10 @@ pub(super) fn read(folder: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Op
             "{count} {noun} of another size or type than the first are left out ({first}, …)"
         ));
     }
-    warnings.push(format!("{slices} pictures are stacked in the order of their names, 1 apart"));
+    warnings.push(match slices {
+        1 => "one picture is one slice".to_owned(),
+        _ => format!("{slices} pictures are stacked in the order of their names, 1 apart"),
+    });
     let name = folder.file_name().map_or_else(|| "slices".into(), |name| name.to_string_lossy());
     let field = Field {
         name: name.into_owned(),
@@ -195,5 +205,27 @@ mod tests {
         let mut names = ["s10.png", "s9.png", "S1.png", "s9b.png", "s009.png", "a.png"];
         names.sort_by_cached_key(|name| natural(name));
         assert_eq!(names, ["a.png", "S1.png", "s9.png", "s009.png", "s9b.png", "s10.png"]);
+    }
+
+    #[test]
+    fn a_folder_of_strays_is_refused_and_a_few_are_left_out() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let save = |name: &str, side: u32| {
+            let picture = image::GrayImage::from_pixel(side, 4, image::Luma([7]));
+            picture.save(folder.path().join(name)).expect("written");
+        };
+        let read = || read(folder.path(), 1 << 30, &Ticket::new());
+        save("a.png", 5);
+        assert!(read().expect("one slice").warnings.join("").contains("one picture is one slice"));
+        save("b.png", 6);
+        let refused = read().expect_err("two strays").to_string();
+        assert!(refused.contains("found 1 of 2 pictures like the first"), "{refused}");
+        save("c.png", 5);
+        let opened = read().expect("two slices and a stray");
+        assert_eq!(opened.grid.lattice.dims, [5, 4, 2]);
+        let said = opened.warnings.join("; ");
+        assert!(
+            said.contains("1 picture of another size") && said.contains("2 pictures are stacked")
+        );
     }
 }

@@ -1,11 +1,16 @@
 //! Tables of points: one a line of text, its place in three columns and numbers in the others. Columns of words, such as names,
 //! are left out and told.
 
+mod names;
+mod row;
+
 use std::io::BufRead;
 use std::path::Path;
 
 use glam::DVec3;
 
+use self::names::{columns_of_place, names_columns, words_of_header};
+use self::row::{Entry, Separator, is_comment, is_row, unquoted};
 use super::error::{Problem, header, quoted, quoted_bytes, unrecognised, unsupported};
 use super::unstructured::{self, Part, field_of, kind};
 use super::{Format, Opened, files};
@@ -22,16 +27,6 @@ const MOST_COLUMNS: usize = 1024;
 const LONGEST_LINE: u64 = 1 << 16;
 /// Columns that a note names, before it counts the others.
 const MOST_TOLD: usize = 4;
-/// What stands for a value that is not there, in any case.
-const MISSING: [&str; 6] = ["na", "n/a", "null", "none", "-", "--"];
-/// Names of the columns of a place.
-const PLACES: [[&str; 3]; 4] = [
-    ["x", "y", "z"],
-    ["points:0", "points:1", "points:2"],
-    ["points_0", "points_1", "points_2"],
-    ["px", "py", "pz"],
-];
-
 /// Whether some first bytes are a table, of a file with an extension of one.
 pub(super) fn is_it(extension: &str, start: &[u8]) -> bool {
     if !EXTENSIONS.contains(&extension) {
@@ -44,21 +39,6 @@ pub(super) fn is_it(extension: &str, start: &[u8]) -> bool {
         lines.pop();
     }
     lines.into_iter().filter(|line| !is_comment(line)).take(2).any(is_row)
-}
-
-/// Whether a line is a row by itself: of three numbers or more, or of three or more that are missing. Words may stand among
-/// them, but where blanks separate, as they do in any text, only fewer of them than numbers.
-fn is_row(line: &str) -> bool {
-    let line = line.trim_start_matches('\u{feff}');
-    let separator = Separator::of(line);
-    let entries = separator.entries(line);
-    let count = |is: fn(&Entry) -> bool| entries.iter().filter(|entry| is(entry)).count();
-    let numbers = count(|entry| matches!(entry, Entry::Number(_)));
-    let words = count(|entry| *entry == Entry::Word);
-    let are_few = words == 0 || separator != Separator::Blanks || words < numbers;
-    let is_missing =
-        words == 0 && entries.len() >= 3 && count(|entry| *entry == Entry::Missing) > 0;
-    (numbers >= 3 && are_few) || is_missing
 }
 
 /// Why a file that is called a table is none.
@@ -83,112 +63,6 @@ pub(super) fn refusal(start: &[u8]) -> Problem {
         found,
         "separate numbers by commas, semicolons, tabs or blanks, and give x, y and z in three columns",
     )
-}
-
-fn is_comment(line: &str) -> bool {
-    let line = line.trim();
-    line.is_empty() || line.starts_with('#') || line.starts_with("//") || line.starts_with('%')
-}
-
-/// What stands between the numbers of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Separator {
-    Comma,
-    Semicolon,
-    /// Each of its own, where two stand side by side.
-    Tab,
-    /// Blanks and tabs, as many as there are.
-    Blanks,
-}
-
-/// What stands between two separators.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Entry {
-    Number(f64),
-    /// Nothing, or a word that says so.
-    Missing,
-    Word,
-}
-
-impl Separator {
-    /// That of a line. Commas are no separators where they stand within numbers between tabs or blanks.
-    fn of(line: &str) -> Self {
-        let has = |separator| line.split(outside_quotes(|c| c == separator)).nth(1).is_some();
-        if has(';') {
-            return Self::Semicolon;
-        }
-        let are_numbers = |separator: Self| {
-            let entries = separator.entries(line);
-            let numbers = entries.iter().filter(|entry| matches!(entry, Entry::Number(_))).count();
-            (numbers >= 3, !entries.contains(&Entry::Word))
-        };
-        let between_blanks = are_numbers(Self::Blanks) == (true, true);
-        let between_tabs = !between_blanks && has('\t') && are_numbers(Self::Tab).0;
-        match () {
-            () if has(',') && !between_blanks && !between_tabs => Self::Comma,
-            () if between_tabs || line.trim().contains("\t\t") => Self::Tab,
-            () => Self::Blanks,
-        }
-    }
-
-    /// The words of a line; a separator between quotes is none.
-    fn words(self, line: &str) -> Vec<&str> {
-        let line = line.trim_end_matches(['\r', '\n']);
-        match self {
-            Self::Comma => line.split(outside_quotes(|c| c == ',')).map(str::trim).collect(),
-            Self::Semicolon => line.split(outside_quotes(|c| c == ';')).map(str::trim).collect(),
-            // Blanks beside tabs are none of their own columns.
-            Self::Tab => line.trim().split(outside_quotes(|c| c == '\t')).map(str::trim).collect(),
-            Self::Blanks => {
-                let words = line.split(outside_quotes(char::is_whitespace));
-                words.filter(|word| !word.is_empty()).collect()
-            }
-        }
-    }
-
-    fn entries(self, line: &str) -> Vec<Entry> {
-        self.words(line).into_iter().map(|word| self.entry(word)).collect()
-    }
-
-    /// What a word stands for; a number may lie between quotes.
-    fn entry(self, word: &str) -> Entry {
-        let word = unquoted(word);
-        match word.parse::<f64>() {
-            Ok(number) if !number.is_nan() => return Entry::Number(number),
-            Ok(_) => return Entry::Missing,
-            Err(_) => {}
-        }
-        if word.is_empty() || MISSING.iter().any(|missing| word.eq_ignore_ascii_case(missing)) {
-            return Entry::Missing;
-        }
-        let number = self.with_point(word).and_then(|word| word.parse().ok());
-        number.map_or(Entry::Word, Entry::Number)
-    }
-
-    /// A number whose fraction follows a comma (`1,5`), with a point; `None` of anything else, and where commas separate.
-    fn with_point(self, word: &str) -> Option<String> {
-        let (whole, fraction) = word.split_once(',').filter(|_| self != Self::Comma)?;
-        let is_one = whole.ends_with(|c: char| c.is_ascii_digit())
-            && fraction.starts_with(|c: char| c.is_ascii_digit())
-            && !whole.contains('.')
-            && !fraction.contains(['.', ',']);
-        is_one.then(|| format!("{whole}.{fraction}"))
-    }
-}
-
-/// A word without the quotes about it.
-fn unquoted(word: &str) -> &str {
-    let within = word.strip_prefix('"').and_then(|word| word.strip_suffix('"'));
-    within.map_or(word, str::trim)
-}
-
-/// Finds separators, from the start of a line on.
-fn outside_quotes(is_separator: impl Fn(char) -> bool) -> impl FnMut(char) -> bool {
-    let mut is_quoted = false;
-    move |c| {
-        is_quoted ^= c == '"';
-        is_separator(c) && !is_quoted
-    }
 }
 
 /// Lines of a file, and their numbers from 1.
@@ -336,6 +210,11 @@ impl Table {
         if self.ends_empty && words.len() == count + 1 && words[count].is_empty() {
             words.pop();
         }
+        if self.separator == Separator::Tab && words.len() != count {
+            // Some lines may be separated by blanks all the same.
+            let between_blanks = Separator::Blanks.words(line);
+            words = if between_blanks.len() == count { between_blanks } else { words };
+        }
         if words.len() != count {
             return Err(header(
                 format!("{count} columns on line {at}, as on those before it"),
@@ -362,63 +241,6 @@ impl Table {
     }
 }
 
-/// Whether the first line names columns rather than being a row.
-///
-/// # Errors
-/// A line of numbers with a word where the next one has none: taken for names it would be lost.
-fn names_columns(first: &str, second: Option<&str>) -> Result<bool, Problem> {
-    let separator = Separator::of(first);
-    let words = separator.words(first);
-    let entries = separator.entries(first);
-    let Some(word) = entries.iter().position(|entry| *entry == Entry::Word) else {
-        return Ok(false);
-    };
-    // Names may be numbers between quotes.
-    let is_number = |(word, entry): (&&str, &Entry)| {
-        matches!(entry, Entry::Number(_)) && !word.starts_with('"')
-    };
-    let numbers = words.iter().zip(&entries).filter(|of| is_number(*of)).count();
-    let is_alike = |row: &str| {
-        let row = separator.entries(row);
-        let pairs = entries.iter().zip(&row);
-        row.len() == entries.len()
-            && pairs.filter(|(one, _)| **one == Entry::Word).all(|(_, other)| {
-                // What is missing in a column of words is one as well.
-                matches!(other, Entry::Word | Entry::Missing)
-            })
-    };
-    if numbers >= 3 && second.is_none_or(is_alike) {
-        return Ok(false);
-    }
-    if 2 * numbers > words.len() {
-        return Err(header(
-            "names of columns or a row of numbers on the first line",
-            format!("both, the word {} among {numbers} numbers", quoted(words[word])),
-            "correct the line, or write the table again",
-        ));
-    }
-    Ok(true)
-}
-
-/// Names of columns, as a line has them; `None` where it has another number of words.
-fn words_of_header(line: &str, separator: Separator, count: usize) -> Option<Vec<String>> {
-    let words = |separator: Separator| -> Vec<String> {
-        separator.words(line).into_iter().map(|word| word.trim_matches('"').to_owned()).collect()
-    };
-    let own = words(separator);
-    // A header may be separated otherwise.
-    let own = if own.len() == count { own } else { words(Separator::of(line)) };
-    (own.len() == count).then_some(own)
-}
-
-/// What a column of a place is called in short: `x` of `X_coord`, `Coord.x` and `x [mm]`.
-fn axis_name(name: &str) -> String {
-    let lower = name.to_lowercase();
-    let bare = lower.split(['(', '[']).next().unwrap_or_default();
-    let bare = bare.replace("coordinates", "").replace("coordinate", "").replace("coord", "");
-    bare.trim_matches(|c: char| c.is_whitespace() || "_.-".contains(c)).to_owned()
-}
-
 fn points(
     mut columns: Vec<Column>,
     names: Option<Vec<String>>,
@@ -440,16 +262,7 @@ fn points(
             and_more(shown.collect(), of_words.len())
         ));
     }
-    let place = names.as_ref().and_then(|names| {
-        PLACES.iter().find_map(|place| {
-            let at = place.map(|of| {
-                let own = names.iter().position(|name| name.eq_ignore_ascii_case(of));
-                own.or_else(|| names.iter().position(|name| axis_name(name) == of))
-            });
-            let [Some(x), Some(y), Some(z)] = at else { return None };
-            Some([x, y, z])
-        })
-    });
+    let place = names.as_ref().and_then(|names| columns_of_place(names));
     if let Some(at) = place.and_then(|place| place.into_iter().find(|at| of_words.contains(at))) {
         return Err(header(
             format!("numbers in the column {} of a place", quoted(&named(at))),
@@ -566,69 +379,5 @@ mod tests {
         assert!(is_it("txt", b"a 1 2 3\n"));
         assert!(!is_it("txt", b"on 3 May at 4 pm, 5 came\nand left\n"), "words between blanks");
         assert!(!is_it("csv", b"x,y,z,t\n"), "names alone");
-    }
-
-    #[test]
-    fn words_are_separated_as_the_first_line_says() {
-        let numbers = |line: &str| -> Vec<Option<f64>> {
-            let entries = Separator::of(line).entries(line);
-            let number = |entry: Entry| match entry {
-                Entry::Number(number) => Some(number),
-                Entry::Missing => Some(-99.0),
-                Entry::Word => None,
-            };
-            entries.into_iter().map(number).collect()
-        };
-        let all = |of: &[f64]| of.iter().map(|n| Some(*n)).collect::<Vec<_>>();
-        for line in
-            [" 1  2\t3 ", "1\t 2\t3\r\n", " 1  2 3 \n", "1,2,3", "1 , 2, 3", "\"1\";\"2\";3"]
-        {
-            assert_eq!(numbers(line), all(&[1.0, 2.0, 3.0]), "{line:?}");
-        }
-        assert_eq!(numbers("1, -2e3 ,3"), all(&[1.0, -2000.0, 3.0]));
-        for line in
-            ["1,,3", "1\t\t3", "1,NA,3", "1 n/a 3", "1;NULL;3", "1 - 3", "1,nan,3", "1,None,3"]
-        {
-            assert_eq!(numbers(line), all(&[1.0, -99.0, 3.0]), "{line:?}");
-        }
-        // Decimal commas, where commas do not separate.
-        for line in ["1,5;2,25;3", "1,5\t2,25\t3", "1,5 2,25 3"] {
-            assert_eq!(numbers(line), all(&[1.5, 2.25, 3.0]), "{line:?}");
-        }
-        assert_eq!(numbers("1,2,3 4"), [Some(1.0), Some(2.0), None]);
-        assert_eq!(numbers("1.234,5;2;3")[0], None, "points between thousands");
-        let words = |line: &'static str| Separator::of(line).words(line);
-        assert_eq!(words("two words\t1\t2\t3"), ["two words", "1", "2", "3"]);
-        assert_eq!(words("\"a; b\",1,2,3"), ["\"a; b\"", "1", "2", "3"]);
-    }
-
-    #[test]
-    fn a_first_row_with_a_word_is_no_header() {
-        let check = |line: &str| names_columns(line, Some("1,2,3,4"));
-        assert!(check("1,2,b,4").is_err() && names_columns("1 2 3 x", Some("1 2 3 4")).is_err());
-        for names in
-            ["x,y,z,T", "x,y,z,1,2", "\"Points:0\",\"Points:1\",b,4", "a", "\"1\",\"2\",\"3\",T"]
-        {
-            assert!(check(names).unwrap(), "{names}");
-        }
-        // A column of words.
-        assert!(!names_columns("st1,DE,1,2,3", Some("st2,,4,5,6")).unwrap());
-        assert!(!names_columns("1,2,3,a", None).unwrap());
-    }
-
-    #[test]
-    fn columns_are_found_by_name() {
-        let names = |line: &str| words_of_header(line, Separator::of(line), 4).unwrap();
-        assert_eq!(
-            names("\"T\",\"Points:0\",\"Points:1\",\"Points:2\""),
-            ["T", "Points:0", "Points:1", "Points:2"]
-        );
-        assert_eq!(names("\"p (Pa, abs)\",x,y,z")[0], "p (Pa, abs)");
-        assert_eq!(words_of_header("a b", Separator::Blanks, 4), None);
-        assert_eq!(words_of_header("x y z val", Separator::Comma, 4).unwrap()[3], "val");
-        for name in ["X", "x_coord", "Coord.x", "x [mm]", "X coordinate (m)"] {
-            assert_eq!(axis_name(name), "x");
-        }
-        assert_eq!(axis_name("max"), "max");
     }
 }

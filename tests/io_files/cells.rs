@@ -398,6 +398,19 @@ fn tables_leave_out_columns_of_words_and_take_values_as_missing() {
     let said = bare.warnings.join("; ");
     assert!(said.contains("a column of words is left out: \"column 4\""), "{said}");
     assert!(said.contains("\"1,5\", are taken for decimal points"), "{said}");
+    // Between tabs an entry may be empty, inside a line and at its end, and one line may have blanks.
+    let tabs =
+        made("a.tsv", "x\ty\tz\tv\tw\n1\t2\t3\t4\t5\n5\t6\t7\t\t8\n1\t1\t1\t2\t\n8 9 10 11 12\n");
+    let values = |field: usize| {
+        let samples = &tabs.grid.fields[field].samples;
+        (0..samples.len()).map(|i| samples.get(i)).collect::<Vec<f64>>()
+    };
+    assert_eq!(cells_of(&tabs).points()[3].to_array(), [8.0, 9.0, 10.0]);
+    let [v, w] = [0, 1].map(values);
+    assert!(
+        v[1].is_nan() && w[2].is_nan() && [v[3], w[1], w[3]] == [11.0, 8.0, 12.0],
+        "{v:?} {w:?}"
+    );
     says("a.csv", "x,y,z,t\n1,2,3,4\n1,2,3,5\n1,b,3,c\n", &["numbers on line 4", "\"b\""]);
     says("a.csv", "x,y,z,t\na,1,2,3\nb,1,2,4\n", &["column \"x\" of a place", "such as \"a\""]);
     says(
