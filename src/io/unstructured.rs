@@ -543,6 +543,7 @@ pub(super) fn grid(
             counted(left_out, "cell")
         ));
     }
+    warnings.extend(told::thin(&cells));
     Ok(Grid::shaped([points, 1, 1], Shape::Unstructured(Arc::new(cells)), fields)?)
 }
 

@@ -297,6 +297,18 @@ fn cells_that_lack_something_say_what() {
 }
 
 #[test]
+fn cells_thinner_than_a_pixel_are_told() {
+    let said = |places: &str| made("a.vtu", vtu(10, places, "0 1 2 3")).warnings.join("; ");
+    let needle = said("0 0 0 1e9 0 0 0 1e-3 0 0 0 1e-3");
+    assert!(
+        needle.contains("1.00e9 long and 0.001 wide") && needle.contains("zoom in"),
+        "{needle}"
+    );
+    assert_eq!(said("0 0 0 1900 0 0 0 1 0 0 0 1"), "");
+    assert!(said("0 0 0 0 2100 0 1 0 0 0 0 1").contains("2100 long and 1 wide"));
+}
+
+#[test]
 fn values_that_no_cell_shows_are_counted_as_they_are() {
     let refused = |values: &str| {
         let opened = made("a.vtu", vtu(10, CORNERS, values));

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::super::error::quoted;
 use super::kind;
-use crate::cells::{Listing, has_volume, is_flat};
+use crate::cells::{Cells, Listing, has_volume, is_flat};
 use crate::core::counted;
 use crate::rbf::log_densities;
 use crate::volume::{Association, Field, Grid, Samples, Shape};
@@ -67,6 +67,33 @@ pub(super) fn nowhere(listing: &Listing) -> Option<String> {
         let verb = if count == 1 { "lies" } else { "lie" };
         format!("{} {verb} nowhere (NaN or infinite): left out", counted(count, "point"))
     })
+}
+
+/// Of pictures that frame them, things that are so many times longer than wide are thinner than a pixel.
+const LENGTHS: f64 = 2000.0;
+
+/// That cells are seen as no more than a few pixels at first, where they are very thin all together.
+pub(super) fn thin(cells: &Cells) -> Option<String> {
+    let [low, high] = cells.bounds();
+    let mut extents = (high - low).to_array();
+    extents.sort_by(f64::total_cmp);
+    let [_, wide, long] = extents;
+    let have_extent = !cells.solids().is_empty() || cells.is_surface();
+    (have_extent && wide * LENGTHS < long).then(|| {
+        format!(
+            "the cells are {} long and {} wide, thinner than a pixel of a picture of them all: zoom in to see them",
+            in_short(long),
+            in_short(wide)
+        )
+    })
+}
+
+/// A length in three digits.
+fn in_short(length: f64) -> String {
+    match (1e-3..1e4).contains(&length) || length == 0.0 {
+        true => format!("{length:.3}").trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => format!("{length:.2e}"),
+    }
 }
 
 /// That points are drawn by themselves, where a file of cells has none that is drawn.
