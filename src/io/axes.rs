@@ -10,7 +10,7 @@ use super::bytes::{no_samples, reserve_samples};
 use super::error::{Problem, unsupported};
 use crate::core::Cancelled;
 use crate::core::progress::Ticket;
-use crate::volume::{Association, Field, Lattice, Samples, Scalar};
+use crate::volume::{Association, Field, Lattice, Samples};
 use crate::with_samples;
 
 /// More volumes than this in one file are no list that anybody picks from.
@@ -247,10 +247,8 @@ pub(super) fn activate(fields: &mut [Field], active: &[(Association, String)]) {
 
 /// Triples of numbers as world positions.
 pub(super) fn positions(triples: &Samples) -> Arc<[DVec3]> {
-    with_samples!(triples, values => {
-        let triples = values.par_chunks_exact(3);
-        triples.map(|v| DVec3::from_array([0, 1, 2].map(|axis| v[axis].to_f64()))).collect()
-    })
+    let place = |i: usize| DVec3::from_array([0, 1, 2].map(|axis| triples.get(3 * i + axis)));
+    (0..triples.len() / 3).into_par_iter().map(place).collect()
 }
 
 #[cfg(test)]

@@ -12,8 +12,7 @@ use super::{Facts, Opened, Series};
 use crate::core::Srgb8;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::rbf::four_digits;
-use crate::volume::{Field, Grid, LabelName, Scalar, ScalarType, Shape, Statistics};
-use crate::with_samples;
+use crate::volume::{Field, Grid, LabelName, ScalarType, Shape, Statistics};
 
 /// The answer to `voxsplat info`; its JSON form keeps these names.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -146,12 +145,13 @@ fn magnitude_max(field: &Field) -> Option<f64> {
     if field.components < 2 {
         return None;
     }
-    with_samples!(&*field.samples, values => {
-        let lengths = values.par_chunks_exact(field.components).map(|sample| {
-            sample.iter().map(|v| v.to_f64() * v.to_f64()).sum::<f64>().sqrt()
-        });
-        lengths.filter(|length| length.is_finite()).reduce_with(f64::max)
-    })
+    let (samples, n) = (&field.samples, field.components);
+    let length = |i: usize| {
+        let squares = (0..n).map(|c| samples.get(n * i + c).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let lengths = (0..samples.len() / n).into_par_iter().map(length);
+    lengths.filter(|length| length.is_finite()).reduce_with(f64::max)
 }
 
 /// Looks at every sample once.

@@ -8,14 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::derived::derive;
 use super::resample::Spaced;
-use super::samples::Scalar;
 use super::shape::Shape;
 use super::{Bricks, Samples, ScalarType, Scattered, Statistics, VolumeError};
 use crate::cells::{CellField, Cells};
 use crate::core::progress::Ticket;
 use crate::core::{Srgb8, memory};
 use crate::rbf::Encoding;
-use crate::with_samples;
 
 /// What a field's samples sit on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -448,30 +446,26 @@ fn extract(field: &Field, component: Component) -> Result<Samples, VolumeError> 
         needed,
         memory::free_bytes(),
     )?;
-    let value = |tuple: &[f64]| match component {
-        Component::Index(index) => tuple[index],
-        _ => magnitude(tuple),
-    };
-    Ok(with_samples!(&*field.samples, values => {
-        let tuples = values.par_chunks_exact(n).map(|tuple| {
-            let mut wide_tuple = [0.0; 16];
-            let count = n.min(wide_tuple.len());
+    let samples = &field.samples;
+    let value = |at: usize| match component {
+        Component::Index(index) => samples.get(n * at + index),
+        _ => {
             // Sixteen components cover every tensor; more are only ever asked for by index.
-            if let (Component::Index(index), true) = (component, n > 16) {
-                return tuple[index].to_f64();
+            let mut tuple = [0.0; 16];
+            let count = n.min(tuple.len());
+            for (c, to) in tuple[..count].iter_mut().enumerate() {
+                *to = samples.get(n * at + c);
             }
-            for (to, from) in wide_tuple.iter_mut().zip(tuple) {
-                *to = from.to_f64();
-            }
-            value(&wide_tuple[..count])
-        });
-        if wide {
-            Samples::Float64(tuples.collect())
-        } else {
-            #[expect(clippy::cast_possible_truncation, reason = "the sources have 24 bits at most")]
-            Samples::Float32(tuples.map(|v| v as f32).collect())
+            magnitude(&tuple[..count])
         }
-    }))
+    };
+    let values = (0..samples.len() / n).into_par_iter().map(value);
+    Ok(if wide {
+        Samples::Float64(values.collect())
+    } else {
+        #[expect(clippy::cast_possible_truncation, reason = "the sources have 24 bits at most")]
+        Samples::Float32(values.map(|v| v as f32).collect())
+    })
 }
 
 /// The length of a vector, also where squares overflow.

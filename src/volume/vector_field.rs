@@ -6,7 +6,6 @@ use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::resample::Spaced;
-use super::samples::Scalar;
 use super::shape::{Shape, axes_of};
 use super::{
     Association, Component, Field, Grid, Lattice, Samples, Statistics, VectorsOnCells, VolumeError,
@@ -14,7 +13,6 @@ use super::{
 use crate::cells::On;
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::with_samples;
 
 /// Where the vectors of a field stand.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,10 +129,9 @@ impl Grid {
             let parts = [own(0)?, own(1)?, own(2)?];
             return self.vectors_on_lattice(&field.name, field, parts, ticket);
         }
-        let vectors = with_samples!(&*field.samples, values => {
-            let triples = values.par_chunks_exact(3);
-            triples.map(|v| Vec3::from_array([0, 1, 2].map(|c| narrow(v[c].to_f64())))).collect()
-        });
+        let samples = &field.samples;
+        let vector = |i: usize| Vec3::from_array([0, 1, 2].map(|c| narrow(samples.get(3 * i + c))));
+        let vectors = (0..samples.len() / 3).into_par_iter().map(vector).collect();
         VectorField::new(&field.name, self.places(field.association), vectors, ticket)
     }
 
