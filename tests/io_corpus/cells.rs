@@ -32,7 +32,7 @@ pub(super) fn differences(entry: &Value, opened: &Opened, info: &Info) -> Vec<St
         _ => {
             let mut found = grid_differences(entry, opened, (0..usize::MAX, 0..usize::MAX));
             found.extend(cell_differences(entry, opened));
-            found.extend(told_differences(entry, info));
+            found.extend(told_differences(entry, opened, info));
             found
         }
     }
@@ -212,7 +212,7 @@ fn size(cells: &Cells) -> f64 {
 }
 
 /// What `info` says of them.
-fn told_differences(entry: &Value, info: &Info) -> Vec<String> {
+fn told_differences(entry: &Value, opened: &Opened, info: &Info) -> Vec<String> {
     let mut found = Vec::new();
     if info.kind != "unstructured"
         || info.dims.is_some()
@@ -222,9 +222,10 @@ fn told_differences(entry: &Value, info: &Info) -> Vec<String> {
     }
     let Some(told) = &info.cells else {
         // Vertices and lists of them join no points, which are told once.
-        let types = entry["cell_types"].as_object();
-        let join = types.is_none_or(|types| types.keys().any(|kind| kind != "1" && kind != "2"));
-        found.extend(join.then(|| "info tells no cells".to_owned()));
+        let is_joined = |cells: &Cells| cells.census().by_type.keys().any(|kind| *kind > 2);
+        if cells_of(opened).is_none_or(is_joined) {
+            found.push("info tells no cells".to_owned());
+        }
         return found;
     };
     if json!(told.cells) != entry["n_cells"]

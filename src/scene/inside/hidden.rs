@@ -11,7 +11,7 @@ use crate::volume::ScalarVolume;
 /// A surface of which this share is seen is not hidden.
 const SEEN: f64 = 0.25;
 /// Places of a slice that are looked at, along each side of the square about it, of which a part lies within the volume.
-const PLACES: usize = 12;
+const PLACES: usize = 16;
 /// Samples between which an isosurface is looked for, along each axis, and places of it at most.
 const SAMPLES: usize = 24;
 const MOST_PLACES: usize = 64;
@@ -173,7 +173,7 @@ mod tests {
     use crate::transfer::{ColourMap, ColourSource};
     use crate::volume::{Lattice, Samples};
 
-    /// A ball whose values fall from 1 in its middle to 0 at the ends of the axes, as opaque as said from 0.2 on.
+    /// A ball whose values fall from 1 in its middle to 0 at the ends of the axes, as opaque as said from 0.1 on.
     fn scene(opacity: f64) -> Scene {
         let lattice = Lattice::unit([33; 3]);
         let value = |i: usize| {
@@ -184,7 +184,7 @@ mod tests {
         let volume = ScalarVolume::from_samples("ball", lattice, samples).expect("sound");
         let mut scene = opening(SampleSource::default(), Arc::new(volume), None);
         *scene.transfer_mut().expect("a field") = TransferFunction::of(
-            vec![(0.1, 0.0), (0.2, opacity)],
+            vec![(0.1, 0.0), (0.1, opacity)],
             ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
         );
         scene
@@ -195,10 +195,10 @@ mod tests {
         let lattice = Lattice::unit([33; 3]);
         let slice = Slice { only_shown: true, ..Slice::across(&lattice, 2, 0.5, 1.0) };
         let inner = Isosurface { value: 0.6, opacity: 1.0, colour: None };
-        let outer = Isosurface { value: 0.15, ..inner };
+        let outer = Isosurface { value: 0.05, ..inner };
         let mut scene = scene(1.0);
         let hides = |scene: &Scene, slice: &Slice| scene.little_seen_of_slice(slice);
-        assert!(hides(&scene, &slice).is_some_and(|seen| seen < 0.05));
+        assert!(hides(&scene, &slice).is_some_and(|seen| seen < 0.15));
         assert!(scene.little_seen_of_isosurface(&inner).is_some_and(|seen| seen < 1e-3));
         assert_eq!(scene.little_seen_of_isosurface(&outer), None, "it lies about the matter");
         let all = Slice { only_shown: false, ..slice };
@@ -207,9 +207,9 @@ mod tests {
         let clear = Slice { opacity: 0.0, ..slice };
         let both = [beside, clear].map(|slice| hides(&scene, &slice));
         assert_eq!(both, [None; 2], "for other reasons");
-        // Clipped down to the slice from above and seen from there.
+        // Clipped from above to less than a sample from the slice, and seen from there.
         scene.camera.direction = DVec3::NEG_Z;
-        let bounds = Some(ClipBox { high: [1.0, 1.0, 0.5], ..ClipBox::WHOLE });
+        let bounds = Some(ClipBox { high: [1.0, 1.0, 0.52], ..ClipBox::WHOLE });
         scene.inside.clip = Clip { bounds, planes: Vec::new(), faces: CutFaces::Through };
         assert_eq!(hides(&scene, &slice), None);
         scene.camera.direction = DVec3::Z;
