@@ -266,7 +266,7 @@ fn a_slice_in_opaque_matter_says_why_nothing_is_seen_of_it() {
         bench.tells("hidden inside what is opaque") || bench.tells("Hidden inside what is opaque")
     };
     let mut bench = Bench::opened();
-    bench.open("points.csv");
+    bench.open("block.csv");
     bench.settle();
     press(&mut bench, "Add slice");
     let alone = "A surface by itself has neither slices nor isosurfaces: show its points under Data for these";

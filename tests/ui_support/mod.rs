@@ -374,6 +374,22 @@ impl Library for NamedFiles {
                 }
                 Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
             }
+            // A solid block of points.
+            "block.csv" => {
+                let at = |i: usize| [i % 9, i / 9 % 9, i / 81].map(|n| n as f64 - 4.0);
+                let points = (0..729).map(|i| glam::DVec3::from(at(i))).collect();
+                let listing = Listing { points, starts: vec![0], ..Listing::default() };
+                let shape =
+                    Shape::Unstructured(Arc::new(cells::Cells::new(listing).expect("points")));
+                let heat = Field {
+                    name: "heat".into(),
+                    components: 1,
+                    association: Association::Point,
+                    samples: Arc::new(Samples::Float32((0..729).map(|i| i as f32).collect())),
+                };
+                let grid = Grid::shaped([729, 1, 1], shape, vec![heat]).expect("a grid");
+                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+            }
             // A square of two triangles, with a number on each corner and one on each triangle.
             "sheet.vtp" => {
                 let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
