@@ -31,7 +31,7 @@ pub(super) enum Surfaces {
 /// A file that was read.
 pub(super) enum Embedded {
     /// Triangles.
-    Mesh(OpenedMesh),
+    Mesh(Box<OpenedMesh>),
     /// Labels.
     Labels(OpenedLabels),
 }
@@ -71,7 +71,9 @@ impl Window {
         let space = grid.and_then(|grid| grid.space.clone());
         let lattice = grid.map_or_else(|| Lattice::unit([1; 3]), |grid| grid.lattice);
         let job = Job::start("surfaces", format!("Opening {name}"), ctx, move |ticket| match of {
-            Surfaces::Polygons => mesh::open(&path, None, ticket).map(Embedded::Mesh),
+            Surfaces::Polygons => {
+                mesh::open(&path, None, ticket).map(|mesh| Embedded::Mesh(Box::new(mesh)))
+            }
             Surfaces::Labels => {
                 let over = (&lattice, space.as_deref());
                 let place =
@@ -100,7 +102,7 @@ impl Window {
             match job.poll() {
                 // A cancel that came too late still is one.
                 Some(_) if job.is_cancelled() => {}
-                Some(Ended::Finished(Ok(Embedded::Mesh(opened)))) => self.add_mesh(opened),
+                Some(Ended::Finished(Ok(Embedded::Mesh(opened)))) => self.add_mesh(*opened),
                 Some(Ended::Finished(Ok(Embedded::Labels(opened)))) => self.add_labels(opened),
                 Some(Ended::Finished(Err(error))) if error.is_cancelled() => {}
                 Some(Ended::Finished(Err(error))) => self.notices.error(error.to_string()),

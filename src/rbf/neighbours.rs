@@ -320,7 +320,7 @@ mod tests {
         // A dense ball, a thin cloud, and two far away: no guess holds for long.
         let place = |i: u32| {
             let at = DVec3::new(any(i, 389), any(i, 2111), any(i, 677));
-            if i % 3 == 0 { at * 1e-3 } else { at }
+            if i.is_multiple_of(3) { at * 1e-3 } else { at }
         };
         let mut points: Vec<DVec3> = (0..2000).map(place).collect();
         points.extend([DVec3::splat(1e6), DVec3::splat(-1e160), place(3)]);
