@@ -250,6 +250,11 @@ fn points(
     let named =
         |at: usize| names.as_ref().map_or_else(|| format!("column {}", at + 1), |n| n[at].clone());
     refuse_words_among_numbers(&columns)?;
+    let is_empty = |column: &Column| column.missing == column.numbers.len();
+    if names.is_none() && columns.len() > 3 && columns.last().is_some_and(is_empty) {
+        // Each row ends with a separator that nothing follows.
+        columns.pop();
+    }
     let of_words: Vec<usize> = (0..columns.len()).filter(|at| columns[*at].is_of_words()).collect();
     let example = |at: usize| columns[at].word.as_ref().map_or("", |(word, _)| word.as_str());
     if !of_words.is_empty() {

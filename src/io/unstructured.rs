@@ -14,7 +14,7 @@ use crate::core::counted;
 use crate::core::memory::{self, TooLarge};
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
 
-pub(super) use told::{EMBED_THEM, holds_colours, points_alone};
+pub(super) use told::{EMBED_THEM, THINNER_THAN_A_PIXEL, holds_colours, in_short, points_alone};
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
 pub(super) mod kind {
@@ -518,7 +518,8 @@ pub(super) fn grid(
     told::tell_apart(&mut fields, warnings);
     warnings.extend(told::flat_cells(&listing.types));
     warnings.extend(told::straightened(&listing, &fields));
-    if !listing.types.iter().any(|kind| has_extent(*kind)) {
+    let have_extent = listing.types.iter().any(|kind| has_extent(*kind));
+    if !have_extent {
         warnings.extend(told::nowhere(&listing));
         warnings.extend(told::coincident(&listing.points));
     }
@@ -537,7 +538,8 @@ pub(super) fn grid(
     }
     let cells = Cells::new(listing).map_err(no_cells)?;
     let left_out = cells.census().not_finite;
-    if left_out > 0 {
+    // Of points it was told.
+    if left_out > 0 && have_extent {
         warnings.push(format!(
             "{} with corners that lie nowhere (NaN or infinite): left out",
             counted(left_out, "cell")

@@ -245,6 +245,13 @@ fn points_far_from_all_others_are_told_and_decide_neither_frame_nor_colours() {
     let (said, without, ..) = draw();
     assert!(!said.contains("far from"), "{said}");
     assert_eq!(seen, without, "the frame is that of the others");
+    // Two clusters far apart are framed both, and each point is too small to be seen.
+    let there: String = (0..1000)
+        .map(|i| format!("{},{},{},1\n", i % 10 + 100_000, i / 10 % 10, i / 100))
+        .collect();
+    fs::write(&table, format!("x,y,z,v\n{body}{there}")).expect("written");
+    let (said, ..) = draw();
+    assert!(said.contains("smaller than a pixel") && !said.contains("far from"), "{said}");
 }
 
 #[test]

@@ -423,6 +423,20 @@ fn tables_leave_out_columns_of_words_and_take_values_as_missing() {
         v[1].is_nan() && w[2].is_nan() && [v[3], w[1], w[3]] == [11.0, 8.0, 12.0],
         "{v:?} {w:?}"
     );
+    // The first row may end with one, too; where every row without names does, nothing follows.
+    let first = made("a.tsv", "x\ty\tz\tt\n1\t2\t3\t\n4\t5\t6\t7\n");
+    assert_eq!(
+        (first.grid.fields[0].name.as_str(), first.grid.fields[0].samples.get(1)),
+        ("t", 7.0)
+    );
+    for rows in ["1\t2\t3\t\n4\t5\t6\t\n", "1,2,3,\n4,5,6,\n"] {
+        let names =
+            made("a.csv", rows).grid.fields.iter().map(|f| f.name.clone()).collect::<Vec<_>>();
+        assert_eq!(names, ["log10 density"]);
+    }
+    // What lies nowhere is told once.
+    let nowhere = made("a.csv", "1,2,3,4\nnan,2,3,4\n").warnings.join("; ");
+    assert_eq!(nowhere, "1 point lies nowhere (NaN or infinite): left out");
     says("a.csv", "x,y,z,t\n1,2,3,4\n1,2,3,5\n1,b,3,c\n", &["numbers on line 4", "\"b\""]);
     says("a.csv", "x,y,z,t\na,1,2,3\nb,1,2,4\n", &["column \"x\" of a place", "such as \"a\""]);
     says(

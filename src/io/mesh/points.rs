@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::super::error::Problem;
+use super::super::unstructured::{THINNER_THAN_A_PIXEL, in_short};
 use super::alone::{array_name, colour_at, colours_of};
 use super::no_mesh;
 use crate::core::memory::{self, require};
@@ -21,6 +22,7 @@ const FACES: [[u32; 3]; 8] =
 
 /// Of a hundred points so many may lie far from the others at either end of an axis.
 const FAR_OF_HUNDRED: f64 = 0.5;
+const LEAST_TO_STRAY: usize = 20;
 /// The box of all is so many times longer where some lie far from the others.
 const FAR: f64 = 10.0;
 
@@ -34,7 +36,8 @@ fn frame_of(places: &[DVec3]) -> Option<([DVec3; 2], usize)> {
     )]
     let few = (places.len() as f64 * FAR_OF_HUNDRED / 100.0).ceil() as usize;
     let last = places.len().checked_sub(1)?;
-    if 2 * few >= last {
+    // Of a handful none is a stray one.
+    if LEAST_TO_STRAY > places.len() {
         return None;
     }
     let ends = [0, 1, 2].map(|axis| {
@@ -75,7 +78,20 @@ pub(super) fn mesh(
             all.len()
         )
     });
-    let radius = RADIUS * next_distance(&places);
+    let spacing = next_distance(&places);
+    let radius = RADIUS * spacing;
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let whole = all.iter().fold(none, |[low, high], at| [low.min(*at), high.max(*at)]);
+    let [low, high] = frame.map_or(whole, |(frame, _)| frame);
+    let extent = (high - low).max_element();
+    let small = (spacing * THINNER_THAN_A_PIXEL < extent).then(|| {
+        format!(
+            "the points lie about {} apart, and {} from one end to the other: each is smaller than a pixel of a picture of them \
+             all; zoom in to see them",
+            in_short(spacing),
+            in_short(extent)
+        )
+    });
     let ends = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
     let about = |i: &usize| {
         let centre = places[*i];
@@ -103,7 +119,10 @@ pub(super) fn mesh(
     let mesh =
         Mesh::of_places(name, &positions, normals, colours.unwrap_or_default(), faces.collect());
     let mesh = mesh.and_then(|mesh| mesh.with_arrays(arrays)).map_err(no_mesh)?;
-    Ok(Some((mesh.framed_by(frame.map(|(frame, _)| frame)), far.into_iter().collect())))
+    Ok(Some((
+        mesh.framed_by(frame.map(|(frame, _)| frame)),
+        far.into_iter().chain(small).collect(),
+    )))
 }
 
 #[cfg(test)]
@@ -127,6 +146,8 @@ mod tests {
         assert_eq!(frame_of(&[&cube()[..9], &far].concat()), None);
         assert_eq!(frame_of(&[]), None);
         assert_eq!(frame_of(&far[..1]), None);
+        assert_eq!(frame_of(&[&cube()[..18], &far[..1]].concat()), None, "a handful");
+        assert!(frame_of(&[&cube()[..30], &far[..1]].concat()).is_some());
         // Most at one place leave nothing to frame.
         assert_eq!(frame_of(&[&[DVec3::ONE; 50], &far[..1]].concat()), None);
     }

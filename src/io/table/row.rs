@@ -58,7 +58,8 @@ impl Separator {
         let between_blanks = are_numbers(Self::Blanks) == (true, true);
         let between_tabs = !between_blanks && has('\t') && are_numbers(Self::Tab).0;
         // One tab after each: an entry between two of them may be empty on another line.
-        let are_tabs = has('\t') && Self::Tab.words(line).len() == Self::Blanks.words(line).len();
+        let between_tabs_alone = Self::Tab.words(line).into_iter().filter(|word| !word.is_empty());
+        let are_tabs = has('\t') && between_tabs_alone.count() == Self::Blanks.words(line).len();
         match () {
             () if has(',') && !between_blanks && !between_tabs => Self::Comma,
             () if between_tabs || are_tabs || line.trim().contains("\t\t") => Self::Tab,

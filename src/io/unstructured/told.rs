@@ -70,7 +70,7 @@ pub(super) fn nowhere(listing: &Listing) -> Option<String> {
 }
 
 /// Of pictures that frame them, things that are so many times longer than wide are thinner than a pixel.
-const LENGTHS: f64 = 2000.0;
+pub(in super::super) const THINNER_THAN_A_PIXEL: f64 = 2000.0;
 
 /// That cells are seen as no more than a few pixels at first, where they are very thin all together.
 pub(super) fn thin(cells: &Cells) -> Option<String> {
@@ -79,7 +79,7 @@ pub(super) fn thin(cells: &Cells) -> Option<String> {
     extents.sort_by(f64::total_cmp);
     let [_, wide, long] = extents;
     let have_extent = !cells.solids().is_empty() || cells.is_surface();
-    (have_extent && wide * LENGTHS < long).then(|| {
+    (have_extent && wide * THINNER_THAN_A_PIXEL < long).then(|| {
         format!(
             "the cells are {} long and {} wide, thinner than a pixel of a picture of them all: zoom in to see them",
             in_short(long),
@@ -89,7 +89,7 @@ pub(super) fn thin(cells: &Cells) -> Option<String> {
 }
 
 /// A length in three digits.
-fn in_short(length: f64) -> String {
+pub(in super::super) fn in_short(length: f64) -> String {
     match (1e-3..1e4).contains(&length) || length == 0.0 {
         true => format!("{length:.3}").trim_end_matches('0').trim_end_matches('.').to_owned(),
         false => format!("{length:.2e}"),
