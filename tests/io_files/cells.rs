@@ -305,6 +305,7 @@ fn cells_thinner_than_a_pixel_are_told() {
         "{needle}"
     );
     assert_eq!(said("0 0 0 1900 0 0 0 1 0 0 0 1"), "");
+    assert_eq!(said("0 0 0 1 0 0 0 1 0 0 0 1e-6"), "", "a plate is seen from above");
     assert!(said("0 0 0 0 2100 0 1 0 0 0 0 1").contains("2100 long and 1 wide"));
 }
 
