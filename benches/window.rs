@@ -1,8 +1,10 @@
-//! How the real window answers the hand: `cargo bench --bench window` (Linux; Xvfb and xdotool).
+//! How the real window answers the hand: `cargo bench --bench window -- [FILE…]` (Linux; Xvfb and
+//! xdotool). Without files: three scans and three meshes of the data pack, written to
+//! `benches/results/window.json`. With files: those, printed.
 //!
-//! For each scan: the first picture, dragging at the default frame budget, a press in the middle
-//! of refinement, memory, and idling, from the window's own trace. Results go to
-//! `benches/results/window.json`. The display is 1280 × 800, the adapter a software one.
+//! For each: the first picture, dragging at the default frame budget, a press in the middle
+//! of refinement, memory, and idling, from the window's own trace. The display is 1280 × 800, the
+//! adapter a software one.
 
 #[expect(dead_code, clippy::unwrap_used, reason = "shared with the end-to-end test")]
 #[path = "../tests/desktop/mod.rs"]
@@ -16,10 +18,19 @@ use desktop::{Display, Program};
 use serde_json::{Value, json};
 use voxsplat::app::trace::PassLine;
 
-/// Moves of the mouse in a drag, one every 8 ms as a fast mouse sends them.
 /// What it draws with: what a user has who chooses nothing.
 const ENGINE: [&str; 2] = ["--engine", "auto"];
+/// Moves of the mouse in a drag, one every 8 ms as a fast mouse sends them.
 const MOVES: usize = 360;
+/// What is measured where no file is named, below the data pack.
+const FILES: [&str; 6] = [
+    "scalar/aneurism.vti",
+    "scalar/bonsai.vti",
+    "scalar/tooth/tooth.nrrd",
+    "unstructured/can.vtu",
+    "unstructured/disk_out_ref.ex2",
+    "unstructured/derived/bluntfin_tets.vtu",
+];
 
 fn main() {
     let data =
@@ -28,15 +39,22 @@ fn main() {
         Ok(display) => display,
         Err(reason) => return println!("skipped: {reason}"),
     };
+    // Cargo adds `--bench`.
+    let named: Vec<String> =
+        std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
+    let files = if named.is_empty() { FILES.map(str::to_owned).to_vec() } else { named.clone() };
     let mut rows = Vec::new();
-    for file in ["scalar/aneurism.vti", "scalar/bonsai.vti", "scalar/tooth/tooth.nrrd"] {
-        let path = data.join(file);
+    for file in files {
+        let path = if named.is_empty() { data.join(&file) } else { PathBuf::from(&file) };
         if path.exists() {
-            rows.push(measure(&display, file, &path));
+            rows.push(measure(&display, &file, &path));
             println!("{:#}", rows[rows.len() - 1]);
         } else {
             println!("skipped {file}: not there");
         }
+    }
+    if !named.is_empty() {
+        return;
     }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results/window.json");
     let report = json!({
@@ -103,6 +121,9 @@ fn measure(display: &Display, name: &str, path: &Path) -> Value {
     let mut between: Vec<f64> = moved.windows(2).map(|w| w[1].at_ms - w[0].at_ms).collect();
     between.sort_by(f64::total_cmp);
     let at = |share: f64| tenth(between[((between.len() - 1) as f64 * share) as usize]);
+    let mut sizes: Vec<[u32; 2]> =
+        moved.iter().filter_map(|p| p.picture.as_ref()).map(|p| p.size).collect();
+    sizes.sort_unstable();
     let span_ms = moved[moved.len() - 1].at_ms - moved[0].at_ms;
     // Let it begin to refine, then take hold of it again.
     sleep(Duration::from_millis(450));
@@ -119,6 +140,8 @@ fn measure(display: &Display, name: &str, path: &Path) -> Value {
         "drag_pictures": moved.len(),
         "drag_pictures_per_second": tenth((moved.len() - 1) as f64 / span_ms * 1e3),
         "between_pictures_ms": { "median": at(0.5), "95 %": at(0.95), "longest": at(1.0) },
+        "median_picture_size": sizes.get(sizes.len() / 2),
+        "last_picture_was": moved.last().and_then(|p| p.picture.as_ref()).map(|p| p.rung.clone()),
         "press_to_first_moved_picture_ms": tenth(moved[0].at_ms - pressed_ms),
         "press_while_refining_to_moved_picture_ms": again.first().map(|p| tenth(p.at_ms - again_ms)),
         "memory_at_rest_bytes": program.memory_bytes(),

@@ -17,7 +17,7 @@ use super::own::{Found, widen_border};
 use super::rays::{Packet, Rays, TILE};
 use super::solids::{Bent, Outer, Solid, Solids, Straight, cross};
 use super::sums::Asked;
-use super::window::{FACES, Window};
+use super::window::{Ends, FACES, Here, Window};
 
 /// A face reaches so far beyond its sides, in units of them: no ray slips between two.
 const SIDE_RIM: f32 = 1e-4;
@@ -35,6 +35,7 @@ pub(super) struct AlongSolids<'a, S: Simd> {
     /// The block of the tile that the rays are of, as a bit.
     block: u8,
     window: Window,
+    ends: Ends<S>,
     values: [Lanes<S>; FACES],
     /// Growths, where the light asks for them.
     growths: Option<Box<[Vec3<S>; FACES]>>,
@@ -55,10 +56,11 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let block = (at[1] - corner[1]) / 2 * 2 + (at[0] - corner[0]) / 4;
         Self {
             cells,
-            list: solids.on(rays, corner),
-            outer: outer.on(rays, corner),
+            list: solids.on(at),
+            outer: outer.on(at),
             block: 1 << block,
             window: Window::new(asked, rays.step),
+            ends: Ends::new(),
             values: [all(simd, NOTHING); FACES],
             growths: is_lit.then(|| Box::new([Vec3::splat(simd, [0.0; 3]); FACES])),
             borders: [[all(simd, 0.0); 4]; FACES],
@@ -88,12 +90,16 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         };
         let is_elsewhere = self.window.is_elsewhere(simd, packet, k, t);
         if any(is_elsewhere) {
-            let place = packet.at(t);
-            found.value = choose(is_elsewhere, self.cells.value(simd, place), found.value);
-            if let Some(growth) = &mut found.growth {
-                let own = self.cells.gradient(simd, place);
-                *growth = Vec3::choose(is_elsewhere, own, *growth);
-            }
+            let (cells, is_lit) = (self.cells, found.growth.is_some());
+            let other = Here { value: found.value, growth: found.growth };
+            let Here { value, growth } = self.ends.put(
+                packet,
+                (t, is_elsewhere),
+                other,
+                #[inline(always)]
+                |place| cells.here(simd, (place, packet.is_there), is_lit),
+            );
+            (found.value, found.growth) = (value, growth);
         }
         found
     }
@@ -139,10 +145,17 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
     fn look_about(&mut self, simd: S, packet: &Packet<S>) {
         let (first, step) = (self.window.begin(), self.window.step);
         for i in 0..self.window.len() {
-            let place = packet.at(all(simd, (first + i as f32) * step));
-            self.values[i] = self.cells.value(simd, place);
-            if let Some(growths) = &mut self.growths {
-                growths[i] = self.cells.gradient(simd, place);
+            let t = all(simd, (first + i as f32) * step);
+            // Others are asked for where the ray begins or ends.
+            let counts = packet.is_there & t.simd_ge(packet.enter) & t.simd_le(packet.leave);
+            if !any(counts) {
+                continue;
+            }
+            let of = (packet.at(t), counts);
+            let Here { value, growth } = self.cells.here(simd, of, self.growths.is_some());
+            self.values[i] = value;
+            if let (Some(growths), Some(growth)) = (&mut self.growths, growth) {
+                growths[i] = growth;
             }
         }
     }

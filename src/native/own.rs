@@ -8,7 +8,7 @@ use super::landed::Landed;
 use super::lanes::{Lanes, Mask, Vec3, all, choose};
 use super::rays::{Packet, Rays};
 use super::solids::Solids;
-use super::sums::{self, Sums};
+use super::sums::{self, Asked, Sums};
 use super::supports::NotBegun;
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::{Bounds, Kernel};
@@ -121,16 +121,20 @@ impl Own {
         }
     }
 
-    /// Where it lands in a picture.
+    /// Where it lands in a picture that asks for something of its slabs.
     ///
     /// # Errors
     /// More than lists have room for, and a cancelled ticket.
-    pub(super) fn land(&self, rays: &Rays, ticket: &Ticket) -> Result<OwnLanded, NotBegun> {
+    pub(super) fn land(
+        &self,
+        (rays, asked): (&Rays, Asked),
+        ticket: &Ticket,
+    ) -> Result<OwnLanded, NotBegun> {
         Ok(match self {
             Self::Functions(functions) => {
                 OwnLanded::Functions(sums::landed(functions, rays, ticket)?)
             }
-            Self::Cells(cells) => OwnLanded::Cells(cells.land(rays, ticket)?),
+            Self::Cells(cells) => OwnLanded::Cells(cells.land((rays, asked), ticket)?),
         })
     }
 

@@ -513,13 +513,14 @@ impl Renderer {
             Masks::new(&rays, &lattice.bricks, shown, ticket)
         })?;
         let own = lattice.own.as_ref().filter(|_| composites);
-        let land = |own: &Own| self.threads.run(|| own.land(&rays, ticket));
+        let asked = Asked::of(plan.mode.classify);
+        let land = |own: &Own| self.threads.run(|| own.land((&rays, asked), ticket));
         let landed = own.map(land).transpose()?;
         let of_field = OfField {
             which,
             masks,
             landed,
-            asked: Asked::of(plan.mode.classify),
+            asked,
             light: Light::of(plan).filter(|_| composites),
             surfaces: Surfaces::of(plan),
             along,

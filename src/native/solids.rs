@@ -12,7 +12,9 @@ use super::landed::{Extent, Landed};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
 use super::rays::{Packet, Rays};
+use super::sums::Asked;
 use super::supports::NotBegun;
+use super::window::Here;
 use crate::cells::{self, CellField, Kind, Listed, Placed, Rim};
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::Bounds;
@@ -191,11 +193,15 @@ impl Solids {
         bounds.set_to_boxes(boxes, (-1.0, BEYOND), NOTHING);
     }
 
-    /// Where the solids land in a picture, and the outer faces.
+    /// Where the solids land in a picture that asks for something of its slabs, and the outer faces.
     ///
     /// # Errors
     /// More than lists have room for, and a cancelled ticket.
-    pub(super) fn land(&self, rays: &Rays, ticket: &Ticket) -> Result<[Landed; 2], NotBegun> {
+    pub(super) fn land(
+        &self,
+        (rays, asked): (&Rays, Asked),
+        ticket: &Ticket,
+    ) -> Result<[Landed; 2], NotBegun> {
         let view = &rays.view;
         let seen: Vec<DVec3> = self
             .listed
@@ -222,8 +228,8 @@ impl Solids {
         let outer: Vec<Option<Extent>> =
             self.outer.par_iter().map(|outer| Some(extent(&outer.corners))).collect();
         Ok([
-            Landed::new((&solids, "cells"), rays, ticket)?,
-            Landed::new((&outer, "outer faces of cells"), rays, ticket)?,
+            Landed::new((&solids, "cells"), (rays, Some(asked)), ticket)?,
+            Landed::new((&outer, "outer faces of cells"), (rays, None), ticket)?,
         ])
     }
 
@@ -273,14 +279,22 @@ impl Solids {
         at.to_array()
     }
 
-    /// Calls `visit` with each solid that holds some of the places, which of them, and where they lie in it: the first
-    /// solid of several.
+    /// Calls `visit` with each solid that holds some of the places that count, which of them, and where they lie in it: the
+    /// first solid of several.
     #[inline(always)]
-    fn each<S: Simd>(&self, simd: S, place: Vec3<S>, mut visit: impl FnMut(u32, Mask<S>, Vec3<S>)) {
+    fn each<S: Simd>(
+        &self,
+        simd: S,
+        (place, counts): (Vec3<S>, Mask<S>),
+        mut visit: impl FnMut(u32, Mask<S>, Vec3<S>),
+    ) {
         let boxes = self.boxes_of(simd, place);
         let mut left = Left::all();
         while let Some((at, here)) = left.next(simd, &boxes) {
-            let mut open = here;
+            let mut open = here & counts;
+            if !any(open) {
+                continue;
+            }
             #[expect(clippy::cast_sign_loss, reason = "clamped")]
             let at = at as usize;
             let Listed { starts, lists, .. } = &self.listed;
@@ -289,6 +303,10 @@ impl Solids {
                     Solid::Straight(i) => self.straight[i as usize].unit(simd, place),
                     Solid::Bent(i) => {
                         let bent = &self.bent[i as usize];
+                        // Many are listed where cells are small beside their neighbours, and Newton's method takes long.
+                        if !any(bent.is_about(simd, place) & open) {
+                            continue;
+                        }
                         let start = bent.middle(simd);
                         bent.unit(simd, place, start)
                     }
@@ -315,7 +333,7 @@ impl Solids {
                 let mut found = all(simd, NOTHING);
                 self.each(
                     simd,
-                    place,
+                    (place, Mask::splat(simd, true)),
                     #[inline(always)]
                     |solid, within, unit| {
                         let value = match self.solids[solid as usize] {
@@ -331,6 +349,38 @@ impl Solids {
         )
     }
 
+    /// The values at places that count, and their growth per index, as recovered at the points, where that is asked for; as
+    /// [`Self::value`] and [`Self::gradient`] say, by one search.
+    #[inline(never)]
+    pub(super) fn here<S: Simd>(&self, simd: S, of: (Vec3<S>, Mask<S>), is_lit: bool) -> Here<S> {
+        let growths = if is_lit { self.growths() } else { &[] };
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut value = all(simd, NOTHING);
+                let mut growth = Vec3::splat(simd, [0.0; 3]);
+                self.each(
+                    simd,
+                    of,
+                    #[inline(always)]
+                    |solid, within, unit| {
+                        let own = match self.solids[solid as usize] {
+                            Solid::Straight(i) => self.straight[i as usize].value(simd, unit),
+                            Solid::Bent(i) => self.bent[i as usize].value(simd, unit),
+                            Solid::Nothing => value,
+                        };
+                        value = choose(within, own, value);
+                        if is_lit {
+                            let own = self.growth_in(simd, growths, solid, unit);
+                            growth = Vec3::choose(within, own, growth);
+                        }
+                    },
+                );
+                Here { value, growth: is_lit.then_some(growth) }
+            },
+        )
+    }
+
     /// Which of the file's cells places lie in; −1 outside all of them. Of numbers that single precision does not tell apart
     /// the rest of a division: neighbours differ.
     #[inline(never)]
@@ -342,7 +392,7 @@ impl Solids {
                 let mut found = all(simd, -1.0);
                 self.each(
                     simd,
-                    place,
+                    (place, Mask::splat(simd, true)),
                     #[inline(always)]
                     |solid, within, _| {
                         let source = sources[solid as usize] % (1 << 24);
@@ -364,7 +414,7 @@ impl Solids {
                 let mut found = Vec3::splat(simd, [0.0; 3]);
                 self.each(
                     simd,
-                    place,
+                    (place, Mask::splat(simd, true)),
                     #[inline(always)]
                     |solid, within, unit| {
                         let growth = self.growth_in(simd, growths, solid, unit);
@@ -568,6 +618,19 @@ impl Bent {
             }
         };
         (unit, is_near & step.simd_le(all(simd, 30.0 * SHORT)))
+    }
+
+    /// The places in its box.
+    #[inline(always)]
+    fn is_about<S: Simd>(&self, simd: S, place: Vec3<S>) -> Mask<S> {
+        let [low, high] = self.bounds;
+        let mut is_about = Mask::splat(simd, true);
+        for (place, (low, high)) in
+            [place.x, place.y, place.z].into_iter().zip(low.into_iter().zip(high))
+        {
+            is_about &= place.simd_ge(all(simd, low)) & place.simd_le(all(simd, high));
+        }
+        is_about
     }
 
     /// Depths between which rays are in its box, by 1 over their directions.

@@ -14,7 +14,7 @@ use super::lattice::NOTHING;
 use super::own::{Found, no_border, widen_border};
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
-use super::window::{FACES, Window};
+use super::window::{Ends, FACES, Here, Window};
 use crate::core::Ticket;
 use crate::rbf::{Basis, Function};
 use crate::scene::{Classify, View};
@@ -40,7 +40,7 @@ pub(super) fn landed(
     };
     let listed = &functions.listed;
     let extents: Vec<_> = listed.functions.iter().zip(&listed.reaches).map(extent).collect();
-    Landed::new((&extents, "basis functions"), rays, ticket)
+    Landed::new((&extents, "basis functions"), (rays, None), ticket)
 }
 
 /// What of a slab counts.
@@ -62,6 +62,15 @@ impl Asked {
             Classify::Mean => Self::Means,
         }
     }
+
+    /// How far behind its slab's face rays look, in slabs, if only at one depth of each.
+    pub(super) fn shift(self) -> Option<f32> {
+        match self {
+            Self::Faces => Some(0.0),
+            Self::Middles => Some(0.5),
+            Self::Means => None,
+        }
+    }
 }
 
 /// The values of eight rays, at some faces (middles, means) after one another.
@@ -69,6 +78,7 @@ pub(super) struct Sums<'a, S: Simd> {
     functions: &'a Functions,
     list: &'a [Entry],
     window: Window,
+    ends: Ends<S>,
     values: [Lanes<S>; FACES],
     /// Of functions that are weighed against each other: Σ φ, and see [`Found::border`].
     totals: [Lanes<S>; FACES],
@@ -90,13 +100,14 @@ impl<'a, S: Simd> Sums<'a, S> {
     pub(super) fn new(
         simd: S,
         (functions, landed): (&'a Functions, &'a Landed),
-        (rays, corner): (&Rays, [u32; 2]),
+        (rays, at): (&Rays, [u32; 2]),
         asked: Asked,
     ) -> Self {
         Self {
             functions,
-            list: landed.on(rays, corner),
+            list: landed.on(at),
             window: Window::new(asked, rays.step),
+            ends: Ends::new(),
             values: [all(simd, 0.0); FACES],
             totals: [all(simd, 0.0); FACES],
             borders: [no_border(simd); FACES],
@@ -125,8 +136,16 @@ impl<'a, S: Simd> Sums<'a, S> {
         }
         let is_elsewhere = self.window.is_elsewhere(simd, packet, k, t);
         if any(is_elsewhere) {
-            found.value =
-                choose(is_elsewhere, self.functions.value(simd, packet.at(t)), found.value);
+            let functions = self.functions;
+            let other = Here { value: found.value, growth: None };
+            let here = self.ends.put(
+                packet,
+                (t, is_elsewhere),
+                other,
+                #[inline(always)]
+                |place| Here { value: functions.value(simd, place), growth: None },
+            );
+            found.value = here.value;
         }
         found
     }

@@ -175,8 +175,7 @@ impl Scene<'_> {
             (Some((OwnLanded::Functions(landed), asked)), Some(Own::Functions(functions)))
                 if method == Method::Functions =>
             {
-                let corner = at.map(|n| n / TILE * TILE);
-                let sums = Sums::new(simd, (functions, landed), (self.rays, corner), asked);
+                let sums = Sums::new(simd, (functions, landed), (self.rays, at), asked);
                 Some(OwnAlong::Functions(sums))
             }
             (Some((OwnLanded::Cells(landed), asked)), Some(Own::Cells(cells)))

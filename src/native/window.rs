@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, prelude::*};
 
-use super::lanes::{Lanes, Mask, all};
+use super::lanes::{Lanes, Mask, Vec3, all, any, choose};
 use super::rays::Packet;
 use super::sums::Asked;
 
@@ -72,7 +72,7 @@ impl Window {
     /// How far a middle is behind its slab's face, in steps.
     #[inline(always)]
     fn shift(&self) -> f32 {
-        if self.asked == Asked::Middles { 0.5 } else { 0.0 }
+        self.asked.shift().unwrap_or(0.0)
     }
 
     /// The rays whose face `k`, or middle, lies elsewhere, at depths `t`: at the borders of the lattice they are not where
@@ -87,5 +87,62 @@ impl Window {
     ) -> Mask<S> {
         let off = (t - (k as f32 + self.shift()) * self.step).abs();
         off.simd_gt(all(simd, WHOLE * self.step)) & packet.is_there
+    }
+}
+
+/// A value, and its growth per index where that is asked for.
+#[derive(Clone, Copy)]
+pub(super) struct Here<S: Simd> {
+    pub value: Lanes<S>,
+    pub growth: Option<Vec3<S>>,
+}
+
+impl<S: Simd> Here<S> {
+    /// That of some rays, and `other` elsewhere.
+    #[inline(always)]
+    pub(super) fn choose(which: Mask<S>, own: Self, other: Self) -> Self {
+        let growth = match (own.growth, other.growth) {
+            (Some(own), Some(other)) => Some(Vec3::choose(which, own, other)),
+            _ => other.growth,
+        };
+        Self { value: choose(which, own.value, other.value), growth }
+    }
+}
+
+/// What lies where eight rays enter the lattice, and where they leave it. In a small picture they enter it many slabs apart, and
+/// are asked for faces there again and again.
+pub(super) struct Ends<S: Simd>([Option<Here<S>>; 2]);
+
+impl<S: Simd> Ends<S> {
+    /// Of rays that nobody has looked at.
+    pub(super) fn new() -> Self {
+        Self([None; 2])
+    }
+
+    /// What lies at depths `t` of the rays `elsewhere`, as `find` says of places, and `other` of the others.
+    #[inline(always)]
+    pub(super) fn put(
+        &mut self,
+        packet: &Packet<S>,
+        (t, elsewhere): (Lanes<S>, Mask<S>),
+        other: Here<S>,
+        find: impl Fn(Vec3<S>) -> Here<S>,
+    ) -> Here<S> {
+        let are = [packet.enter, packet.leave].map(|end| t.simd_eq(end) & elsewhere);
+        // The middle of a part of a slab.
+        if any(elsewhere & !(are[0] | are[1])) {
+            return Here::choose(elsewhere, find(packet.at(t)), other);
+        }
+        let mut here = other;
+        for (i, end) in [packet.enter, packet.leave].into_iter().enumerate() {
+            if any(are[i]) {
+                let own = match self.0[i] {
+                    Some(own) => own,
+                    None => *self.0[i].insert(find(packet.at(end))),
+                };
+                here = Here::choose(are[i], own, here);
+            }
+        }
+        here
     }
 }

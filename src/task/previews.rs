@@ -33,7 +33,10 @@ const STILL_WORTH_TENTS: f64 = 0.25;
 /// at their border. 1280 × 800, native: `can.vtu` 35.6 dB at a quarter of the size and 31.2 at an eighth, by tents 26.8 at two
 /// fifths; `disk_out_ref.ex2` 40.3, 37.1, 35.9; 37 479 hexahedra of the blunt fin 38.8, 33.3, 27.2. A million tetrahedra, 41.1
 /// beside 29.3, are too many for the hand.
-const MOST_OWN_CELLS: usize = 1 << 17;
+const MOST_OWN_CELLS: usize = 1 << 18;
+/// Slabs of their smaller pictures are thicker, by this share of slabs a voxel: cells between two faces of slabs cost nothing.
+/// At a quarter of the size that is 0.1 to 1.4 dB farther from the finished picture, at an eighth 0.3 at most, in half the time.
+const OWN_CELLS_SLABS: f64 = 0.5;
 /// A field for previews has no more samples than this, or means of them: 256³, and a quarter more. What
 /// is larger is seen with less than a pixel a sample, and would cost the memory of two.
 const MOST_SAMPLES: usize = 5 << 22;
@@ -380,6 +383,12 @@ impl Drawer {
                 let mode = preview_mode(plan).unwrap_or(plan.mode);
                 let plan = with_cut(plan.in_mode(mode).at_size(smaller, shrink));
                 self.slabs_of(&plan, field, observer)
+            }
+            SlabField::Own if is_of_few_cells(plan) && shrink > 1.0 => {
+                let slabs_per_voxel = plan.mode.slabs_per_voxel.min(1.0) * OWN_CELLS_SLABS;
+                let mode = SplatSettings { slabs_per_voxel, ..plan.mode };
+                let smaller = plan.in_mode(mode).at_size(smaller, shrink);
+                self.slabs_of(&with_cut(smaller), field, observer)
             }
             SlabField::Own if plan.way == Way::Slabs => {
                 self.slabs_of(&with_cut(plan.at_size(smaller, shrink)), field, observer)

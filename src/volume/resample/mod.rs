@@ -27,6 +27,9 @@ const ALWAYS_SAMPLES: usize = 1 << 15;
 const SAMPLES_A_CELL: f64 = 8.0;
 const SAMPLES_OF_CELLS: [f64; 2] = [262_144.0, 16_777_216.0];
 
+/// Axes whose cosine is larger are not at right angles.
+const LEANING: f64 = 1e-6;
+
 /// A lattice, the samples there, and what these are of.
 #[derive(Debug)]
 pub(super) struct Spaced {
@@ -89,6 +92,19 @@ impl Grid {
         })
     }
 
+    /// Whether a field's cells are drawn where its samples, the points or middles of cells, are those of a lattice: values of
+    /// cells of a curvilinear grid have the cells' own shape, and points of one that leans have no lattice of cubes.
+    fn is_drawn_as_cells(&self, association: Association) -> bool {
+        let Shape::Curvilinear(_) = &self.shape else { return false };
+        let dims = self.lattice.dims;
+        let leans = |lattice: Lattice| {
+            let [x, y, z] = [0, 1, 2].map(|a| lattice.axes().col(a).normalize());
+            [x.dot(y), y.dot(z), z.dot(x)].iter().any(|cosine| cosine.abs() > LEANING)
+        };
+        let of_cells = association == Association::Cell;
+        !dims.contains(&1) && (of_cells || self.shape.even(dims).is_some_and(leans))
+    }
+
     /// Whether points are all that there is: no cell joins any, nor has a number of its own that no point has.
     pub fn are_points_alone(&self) -> bool {
         let Shape::Unstructured(cells) = &self.shape else { return false };
@@ -112,7 +128,9 @@ impl Grid {
         if matches!(shape, Shape::Affine) {
             return Ok(Spaced::plain(self.lattice_of(field), values));
         }
-        if let Some(lattice) = shape.even(dims) {
+        if let Some(lattice) = shape.even(dims)
+            && !self.is_drawn_as_cells(field.association)
+        {
             return Ok(Spaced::plain(lattice, values));
         }
         let own = || (0..values.len()).into_par_iter().map(|i| values.get(i)).collect::<Vec<_>>();
