@@ -1182,7 +1182,7 @@ fn cells_are_drawn_themselves_unless_flags_ask_for_samples_which_is_told() {
     assert_eq!(mode_of(&["--classify", "after"]).0, "cells");
     let (kernel, _, said) = mode_of(&["--visibility", "sheets"]);
     assert!(
-        kernel == "cubic" && said.contains("--visibility is drawn of evenly spaced samples"),
+        kernel == "cubic" && said.contains("--visibility needs evenly spaced samples"),
         "{kernel}: {said}"
     );
     let (kernel, _, said) = mode_of(&["--kernel", "linear"]);

@@ -36,6 +36,8 @@ pub(super) struct Loading {
     keep_view: bool,
     /// Files that were named with it and belong into it: polygons, and a transfer function.
     companions: Vec<PathBuf>,
+    /// Names of other volumes that were named with it.
+    others: Vec<String>,
 }
 
 /// Puts the surface that a file is into its scene: where it is there already, for another field, it looks as before but for its
@@ -105,7 +107,13 @@ impl Window {
         let job = Job::start("load", format!("Opening {name}"), ctx, move |ticket| {
             Document::read(&*library, reading, ticket).map(made)
         });
-        self.loading = Some(Loading { job, source, keep_view: false, companions: Vec::new() });
+        self.loading = Some(Loading {
+            job,
+            source,
+            keep_view: false,
+            companions: Vec::new(),
+            others: Vec::new(),
+        });
         self.undescribed = None;
     }
 
@@ -121,6 +129,7 @@ impl Window {
         for other in volumes.iter().skip(1).rev() {
             self.remember(other);
         }
+        let others: Vec<String> = volumes.iter().skip(1).map(Source::name).collect();
         let demo = || Some(Source::Demo(self.parts.library.demos().first()?.0.to_owned()));
         if let Some(first) = volumes.first().cloned().or_else(demo) {
             self.open(ctx, first);
@@ -128,6 +137,7 @@ impl Window {
         if let Some(loading) = &mut self.loading {
             let paths = companions.iter().filter_map(Source::path);
             loading.companions = paths.map(Path::to_owned).collect();
+            loading.others = others;
         }
     }
 
@@ -139,7 +149,13 @@ impl Window {
         let job = Job::start("field", "Preparing the field", ctx, move |ticket| {
             document.with_field(&*library, choice.field, choice.component, ticket)
         });
-        self.loading = Some(Loading { job, source, keep_view: true, companions: Vec::new() });
+        self.loading = Some(Loading {
+            job,
+            source,
+            keep_view: true,
+            companions: Vec::new(),
+            others: Vec::new(),
+        });
     }
 
     /// The scene in which a newly opened document is seen.
@@ -275,6 +291,13 @@ impl Window {
                 if !loading.keep_view {
                     self.notices.clear();
                     self.remember(&loading.source);
+                }
+                if !loading.others.is_empty() {
+                    self.notices.note(format!(
+                        "One volume is open at a time; under File, Open recent: {}. The surface of a file of \
+                         cells is embedded by Add polygons…",
+                        loading.others.join(", ")
+                    ));
                 }
                 self.show_document(ctx, document, loading.keep_view);
                 for path in loading.companions {

@@ -129,6 +129,25 @@ impl CellField {
         (all[0] <= all[1]).then_some(all)
     }
 
+    /// Least and greatest offset of the corners of the solids that are there from a place, along three directions; `None`
+    /// where none is.
+    pub fn ends(&self, along: [DVec3; 3], from: DVec3) -> Option<[[f64; 2]; 3]> {
+        let none = || [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        let wider = |a: [[f64; 2]; 3], b: [[f64; 2]; 3]| {
+            [0, 1, 2].map(|axis| [a[axis][0].min(b[axis][0]), a[axis][1].max(b[axis][1])])
+        };
+        let points = self.cells.points();
+        let of = |solid: usize| match self.is_there(solid) {
+            true => self.cells.solids()[solid].corners().iter().fold(none(), |ends, corner| {
+                let offset = points[*corner as usize] - from;
+                wider(ends, along.map(|along| [along.dot(offset); 2]))
+            }),
+            false => none(),
+        };
+        let all = (0..self.cells.solids().len()).into_par_iter().map(of).reduce(none, wider);
+        (all[0][0] <= all[0][1]).then_some(all)
+    }
+
     /// What the field grows by per unit of the world at each point, as recovered: the mean of what it grows by in the
     /// middles of the solids about the point, by their volumes. Numbers of cells are taken to their points first, alike.
     /// Made at the first call.

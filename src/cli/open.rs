@@ -301,7 +301,7 @@ impl Mode {
                 if !self.names_kernel {
                     let asked = self.first.unwrap_or("what the flags ask for");
                     note(&format!(
-                        "{asked} is drawn of evenly spaced samples: the field's own {what} are not drawn so"
+                        "{asked} needs evenly spaced samples: the field is drawn as interpolated on such a lattice, not from its own {what}"
                     ));
                 }
                 self.splat

@@ -93,6 +93,16 @@ impl<R: BufRead> Lines<R> {
                 ));
             }
             let text = String::from_utf8_lossy(&self.bytes);
+            if text.trim_end().contains('\r') {
+                return Err(header(
+                    "lines that end with a line feed",
+                    format!(
+                        "a carriage return alone in line {}, as old programs end lines",
+                        self.line
+                    ),
+                    "save the table with the line ends of Unix or Windows",
+                ));
+            }
             if !is_comment(&text) {
                 return Ok(Some((text.into_owned(), comment)));
             }
@@ -269,10 +279,15 @@ fn points(
     }
     let place = names.as_ref().and_then(|names| columns_of_place(names));
     if let Some(at) = place.and_then(|place| place.into_iter().find(|at| of_words.contains(at))) {
+        let name = named(at).to_lowercase();
+        let names_xyz = ["x", "y", "z"].contains(&name.as_str());
         return Err(header(
             format!("numbers in the column {} of a place", quoted(&named(at))),
             format!("words, such as {}", quoted(example(at))),
-            "rename the columns that hold the place x, y and z",
+            match names_xyz {
+                true => "write numbers with a decimal point, and without separators of thousands",
+                false => "rename the columns that hold the place x, y and z",
+            },
         ));
     }
     let of_numbers: Vec<usize> = (0..columns.len()).filter(|at| !of_words.contains(at)).collect();

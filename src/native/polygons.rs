@@ -190,8 +190,9 @@ impl Polygons {
     pub(super) fn seen_in(&self, corner: [u32; 2]) -> Option<Fragments> {
         let mut list = Vec::new();
         let mut most = MOST_KEPT;
+        let mut nearest = self.made_of.hides.then_some([[f32::INFINITY; SAMPLES.len()]; PIXELS]);
         for &number in self.cells.at(corner) {
-            self.add(number, corner, &mut list);
+            self.add(number, corner, (&mut list, nearest.as_mut()));
             if list.len() >= most && self.made_of.hides {
                 sort(&mut list);
                 leave_out_hidden(&mut list);
@@ -212,9 +213,15 @@ impl Polygons {
         Some(Fragments { list, begins })
     }
 
-    /// Adds what the pixels of a tile see of a triangle.
+    /// Adds what the pixels of a tile see of a triangle; where things hide one another, only what lies before the `nearest`
+    /// opaque triangle yet, by pixels and their samples: lights take longer than all else.
     #[expect(clippy::cast_possible_truncation, reason = "a tile's pixels")]
-    fn add(&self, number: u32, corner: [u32; 2], list: &mut Vec<Fragment>) {
+    fn add(
+        &self,
+        number: u32,
+        corner: [u32; 2],
+        (list, mut nearest): (&mut Vec<Fragment>, Option<&mut [[f32; SAMPLES.len()]; PIXELS]>),
+    ) {
         let MadeOf { view, .. } = &self.made_of;
         let half = view.size.map(|n| f64::from(n) / 2.0);
         let upper_left = DVec2::new(f64::from(corner[0]) - half[0], half[1] - f64::from(corner[1]));
@@ -231,6 +238,16 @@ impl Polygons {
             }
             if samples != 0 {
                 let (depth, shares) = seen.place(at + DVec2::new(0.5, -0.5));
+                if let Some(nearest) = nearest.as_mut().map(|all| &mut all[pixel]) {
+                    let t = depth as f32;
+                    let covered = (0..SAMPLES.len()).filter(|bit| samples & 1 << bit != 0);
+                    if covered.clone().all(|bit| nearest[bit] < t) {
+                        continue;
+                    }
+                    if 1.0 - triangle.opacity <= LEAST_THROUGH {
+                        covered.for_each(|bit| nearest[bit] = nearest[bit].min(t));
+                    }
+                }
                 let colour = self.lit(triangle, shares, at + DVec2::new(0.5, -0.5));
                 list.push(Fragment {
                     t: depth as f32,

@@ -180,6 +180,12 @@ const BEYOND: f64 = 5e-4;
 /// Opacity from which matter counts as seen in full.
 const SEEN: f64 = 0.05;
 
+/// Whether no value of a range is hidden.
+fn shows_all(transfer: &TransferFunction, [low, high]: [f64; 2]) -> bool {
+    let within = transfer.breakpoints().into_iter().filter(|value| (low..=high).contains(value));
+    within.chain([low, high]).all(|value| transfer.opacity_at(value) > 0.0)
+}
+
 /// Where what shows of a volume lies along three unit directions, from the lattice's middle, world units; `None` where
 /// nothing does. Opacities are those of a transfer function, and single voxels apart do not count.
 fn shown(
@@ -283,7 +289,12 @@ pub fn framing_what_shows(
 ) -> Camera {
     let whole = framing_camera(&volume.lattice, direction, up);
     let along = [whole.right(), whole.up, whole.direction];
-    let Some(ends) = shown(volume, transfer, along) else { return whole };
+    let corners = || {
+        let cells = volume.cells.as_ref()?;
+        // Samples miss the corners of cells, which are known where nothing of these is hidden.
+        shows_all(transfer, cells.range()?).then(|| cells.ends(along, volume.lattice.centre()))?
+    };
+    let Some(ends) = corners().or_else(|| shown(volume, transfer, along)) else { return whole };
     let halves = ends.map(|[low, high]| 0.5 * (high - low));
     let offset: DVec3 =
         along.iter().zip(ends).map(|(&axis, [low, high])| axis * (0.5 * (low + high))).sum();
@@ -352,9 +363,12 @@ fn is_left_handed(space: Option<&str>) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
+    use crate::core::Ticket;
     use crate::transfer::{ColourMap, ColourSource};
-    use crate::volume::{Lattice, Samples};
+    use crate::volume::{Association, Component, Field, Grid, Lattice, Samples, Shape};
 
     const VIEWS: [NamedView; 7] = [
         NamedView::Front,
@@ -365,6 +379,45 @@ mod tests {
         NamedView::Bottom,
         NamedView::Isometric,
     ];
+
+    #[test]
+    fn all_of_a_range_shows_where_no_value_has_no_opacity() {
+        let shows = |opacity: &[(f64, f64)], range| {
+            let colour = ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] };
+            shows_all(&TransferFunction::of(opacity.to_vec(), colour), range)
+        };
+        let dip = [(0.0, 1.0), (1.0, 0.0), (2.0, 1.0)];
+        assert!(shows(&[(0.0, 0.5), (2.0, 0.1)], [0.0, 2.0]));
+        assert!(!shows(&dip, [0.5, 1.5]) && shows(&dip, [1.1, 2.0]) && !shows(&dip, [1.0, 2.0]));
+    }
+
+    #[test]
+    fn all_corners_of_cells_are_framed() {
+        let places = (0..8).map(|i| DVec3::from([i & 1, i >> 1 & 1, i >> 2].map(f64::from)));
+        let leaning = |p: DVec3| DVec3::new(p.x + 0.5 * p.y, p.y, 3.0 * p.z);
+        let shape = Shape::Curvilinear(places.clone().map(leaning).collect());
+        let samples = Arc::new(Samples::Float64((1..=8).map(f64::from).collect()));
+        let field =
+            Field { name: "v".to_owned(), components: 1, association: Association::Point, samples };
+        let grid = Grid::shaped([2; 3], shape, vec![field]).expect("a grid");
+        let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new());
+        let volume = volume.expect("a volume");
+        let colour = ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] };
+        let transfer = TransferFunction::of(vec![(0.0, 1.0)], colour);
+        for view in VIEWS {
+            let (direction, up) = view.direction_and_up(Orientation::of(None));
+            let camera = framing_what_shows(&volume, &transfer, direction, up);
+            let pixel = |p: DVec3| camera.pixel_from_view(camera.to_view(leaning(p)), [100.0; 2]);
+            let pixels: Vec<_> = places.clone().filter_map(pixel).collect();
+            let all = pixels.iter().flat_map(|pixel| pixel.to_array());
+            let [least, most] =
+                all.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+            assert!(
+                (2.0..2.8).contains(&least) && (97.2..98.0).contains(&most),
+                "{view:?}: {least} {most}"
+            );
+        }
+    }
 
     #[test]
     fn the_front_of_a_patient_is_seen_whatever_the_space() {

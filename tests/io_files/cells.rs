@@ -472,7 +472,7 @@ fn what_is_left_out_or_told_apart_is_said() {
         "CELLS 2 9\n4 0 1 2 3\n3 0 1 2\nCELL_TYPES 2\n10 5",
     );
     let said = made("a.vtk", flat).warnings.join("; ");
-    assert!(said.contains("1 cell has no volume"), "{said}");
+    assert!(said.contains("1 polygon has no volume"), "{said}");
     let alone = TETRAHEDRON
         .replace("CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10", "CELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5");
     // It is shown as a surface.

@@ -113,7 +113,10 @@ fn a_mesh_that_the_window_starts_with_is_embedded_in_the_volume() {
     bench.settle();
     assert_eq!(layers(&bench)[0].mesh.name(), "fibre.obj");
     assert_eq!(bench.window().document().expect("open").source.name(), "good.nrrd");
-    assert!(bench.window().notices().shown().is_empty());
+    let said: Vec<&str> =
+        bench.window().notices().shown().iter().map(|notice| notice.text.as_str()).collect();
+    let is_told = said.iter().any(|text| text.contains("Open recent: other.nrrd"));
+    assert!(said.len() == 1 && is_told, "{said:?}");
     let bench = start("bad.nrrd");
     let said = bench.window().notices().shown().last().expect("a note").text.clone();
     assert!(said.starts_with("Left out") && said.ends_with("fibre.obj"), "{said}");

@@ -51,7 +51,7 @@ pub(super) fn flat_cells(types: &[u8]) -> Option<String> {
         (0, _) => None,
         (flat, true) => Some(format!(
             "{} {} no volume: left out here; {EMBED_THEM}",
-            counted(flat, "cell"),
+            counted(flat, "polygon"),
             if flat == 1 { "has" } else { "have" }
         )),
         // They are shown as polygons.

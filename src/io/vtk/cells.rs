@@ -69,6 +69,7 @@ impl CellLists {
         let list = if scanner.is_next("OFFSETS")? {
             // One more than there are cells; none at all where there are none.
             let cells = first.saturating_sub(1);
+            scanner.require_numbers(first.saturating_add(second))?;
             scanner.take_memory(unstructured::bytes_of(0, cells as u64, second as u64))?;
             let offsets = behind(scanner, "OFFSETS", first)?;
             let numbers = behind(scanner, "CONNECTIVITY", second)?;
@@ -82,6 +83,7 @@ impl CellLists {
                     "correct one of the two, or copy the file again",
                 ));
             }
+            scanner.require_numbers(second)?;
             scanner.take_memory(unstructured::bytes_of(0, first as u64, second as u64))?;
             let numbers = whole(scanner, ScalarType::Int32, second)?;
             CellList { group, cells: first, numbers, offsets: None }

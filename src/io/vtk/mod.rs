@@ -218,12 +218,14 @@ impl Geometry {
             ("points", Dataset::StructuredGrid) => {
                 let dims = self.dims()?;
                 let count = dims.iter().product::<usize>();
+                scanner.require_numbers(count.saturating_mul(3))?;
                 // As they are kept, beside the numbers of the file.
                 scanner.take_memory((count as u64).saturating_mul(24))?;
                 self.points = Some(places(scanner, words, count, 3)?);
             }
             ("points", Dataset::UnstructuredGrid | Dataset::PolyData) => {
                 let count = cells::count(words, 1, "points")?;
+                scanner.require_numbers(count.saturating_mul(3))?;
                 scanner.take_memory(unstructured::bytes_of(count as u64, 0, 0))?;
                 self.points = Some(places(scanner, words, count, 3)?);
             }

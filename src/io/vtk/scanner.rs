@@ -89,6 +89,15 @@ impl<'a> Scanner<'a> {
         Ok(memory::require("the arrays of the file", self.taken_bytes, self.free_bytes)?)
     }
 
+    /// Refuses a promise of numbers that what is left of the file cannot keep, before memory is asked for them: each takes a
+    /// byte at least.
+    pub(super) fn require_numbers(&self, count: usize) -> Result<(), Problem> {
+        match self.is_binary {
+            true => bytes::require_stored(count as u64, self.left_bytes()),
+            false => bytes::require_text(count as u64, self.left_bytes()),
+        }
+    }
+
     /// The next line without its end; `None` at the end of the file.
     pub(super) fn raw_line(&mut self) -> Result<Option<String>, Problem> {
         let mut line = Vec::new();

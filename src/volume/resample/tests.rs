@@ -222,3 +222,20 @@ fn points_are_filled_from_the_ellipsoids_about_them_and_nothing_lies_beside_them
     }
     assert!(inside > 100 && outside > 100, "{inside} {outside}");
 }
+
+#[test]
+fn cells_of_curvilinear_grids_are_drawn_themselves_and_so_is_what_leans() {
+    let dims = [3, 3, 3];
+    let upright: Arc<[DVec3]> = (0..27).map(|i| at(dims, i)).collect();
+    let leaning: Arc<[DVec3]> = upright.iter().map(|p| DVec3::new(p.x + p.y, p.y, p.z)).collect();
+    let is_of_cells = |points: &Arc<[DVec3]>, association: Association| {
+        let count = if association == Association::Cell { 8 } else { 27 };
+        let values = (0..count).map(f64::from).collect();
+        let grid = grid(dims, Shape::Curvilinear(Arc::clone(points)), association, values);
+        let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new());
+        volume.expect("a volume").cells.is_some()
+    };
+    assert!(!is_of_cells(&upright, Association::Point), "the samples of a lattice");
+    assert!(is_of_cells(&leaning, Association::Point));
+    assert!(is_of_cells(&upright, Association::Cell) && is_of_cells(&leaning, Association::Cell));
+}
