@@ -99,7 +99,8 @@ struct Lit {
     mirrored: vec3<f32>,
 }
 
-// `share` of the lights falls on it.
+// `share` of the lights falls on a face, and the rest on what scatters it to all sides: a half of it, as faces turned every way
+// do in the mean.
 fn lit_by(normal: vec3<f32>, eye: vec3<f32>, share: f32) -> Lit {
     var found = Lit(vec3<f32>(shade.material.x), vec3<f32>(0.0));
     // Turned to the eye: what faces away shows its back.
@@ -110,7 +111,8 @@ fn lit_by(normal: vec3<f32>, eye: vec3<f32>, share: f32) -> Lit {
         let reflected = 2.0 * cosine * facing - towards;
         let mirror = pow(max(dot(reflected, eye), 1e-6), shade.material.w);
         let falls = shade.colours[i].rgb * share;
-        found.colour += falls * (shade.material.y * max(cosine, 0.0));
+        let evenly = shade.colours[i].rgb * (0.5 * (1.0 - share));
+        found.colour += shade.material.y * (falls * max(cosine, 0.0) + evenly);
         found.mirrored += falls * (shade.material.z * select(0.0, mirror, cosine > 0.0));
     }
     return found;

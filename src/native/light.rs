@@ -219,8 +219,12 @@ impl Light {
         for &(towards, colour) in &self.lights {
             let towards = Vec3::splat(simd, towards);
             let cosine = turned.dot(towards);
-            let falls = Vec3::splat(simd, colour).scaled(facing.share);
-            factor = factor.add(falls.scaled(cosine.max(zero) * diffuse));
+            let light = Vec3::splat(simd, colour);
+            let falls = light.scaled(facing.share);
+            // The rest falls on what scatters it to all sides, as faces turned every way do in the mean.
+            let evenly = (all(simd, 1.0) - facing.share) * 0.5;
+            let scattered = cosine.max(zero).mul_add(facing.share, evenly);
+            factor = factor.add(light.scaled(scattered * diffuse));
             if specular > 0.0 {
                 let reflected = turned.scaled(cosine * 2.0).add(towards.scaled(all(simd, -1.0)));
                 let along = reflected.dot(eye).max(all(simd, 1e-6)).min(all(simd, 1.0));

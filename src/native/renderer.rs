@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
 use fearless_simd::Level;
@@ -550,11 +550,12 @@ impl Renderer {
         self.kernels = None;
     }
 
-    /// Draws some tiles of the picture that was begun, on all threads.
-    pub fn draw_tiles(&mut self, tiles: Range<u32>) {
+    /// Draws some tiles of the picture that was begun, on all threads: each thread one at least, and none more after so many
+    /// milliseconds, as a few may take longer than all before them. Says which is the next.
+    pub fn draw_tiles(&mut self, tiles: Range<u32>, most_ms: f64) -> u32 {
         let start = Instant::now();
         let Some(Picture { pixels, drawing: Some(drawing), .. }) = &mut self.picture else {
-            return;
+            return tiles.end;
         };
         let Drawing { of, rays, rule } = &*drawing;
         let coarser = self.coarser.as_ref();
@@ -563,7 +564,7 @@ impl Renderer {
             Of::Field(of) => {
                 let Some(Field { lattice, table: Some(table) }) = &self.fields[of.which as usize]
                 else {
-                    return;
+                    return tiles.end;
                 };
                 let scene = Scene {
                     rays,
@@ -588,7 +589,7 @@ impl Renderer {
             Of::Samples(grid) => {
                 let splats = match (grid, &self.samples) {
                     (Some(grid), Some(samples)) => Splats::Samples(grid, samples),
-                    _ if kernels.is_none() && polygons.is_none() => return,
+                    _ if kernels.is_none() && polygons.is_none() => return tiles.end,
                     _ => Splats::Nothing,
                 };
                 What::Splatted(Splatted { rays, splats, kernels, polygons, rule })
@@ -597,21 +598,29 @@ impl Renderer {
                 let splats = Splats::Nodes(nodes);
                 What::Splatted(Splatted { rays, splats, kernels, polygons, rule })
             }
-            Of::Nothing if kernels.is_none() && polygons.is_none() => return,
+            Of::Nothing if kernels.is_none() && polygons.is_none() => return tiles.end,
             Of::Nothing => What::Alone(Alone { rays, kernels, polygons, rule }),
         };
         let level = self.level;
         let capped = AtomicU64::new(0);
         let first = tiles.start as usize;
         let pixels = &mut pixels[first * TILE_PIXELS..tiles.end as usize * TILE_PIXELS];
+        let left = Mutex::new((first..).zip(pixels.chunks_mut(TILE_PIXELS)));
+        // One after the other, so that what was begun in time is all that comes before the next.
+        let next_tile = || left.lock().unwrap_or_else(PoisonError::into_inner).next();
         self.threads.run(|| {
-            pixels.par_chunks_mut(TILE_PIXELS).enumerate().for_each(|(i, out)| {
-                let found = draw_tile(level, &what, first + i, out);
-                if found > 0 {
-                    capped.fetch_add(found, Ordering::Relaxed);
+            rayon::broadcast(|_| {
+                let mut found = 0;
+                while let Some((tile, out)) = next_tile() {
+                    found += draw_tile(level, &what, tile, out);
+                    if start.elapsed().as_secs_f64() * 1e3 > most_ms {
+                        break;
+                    }
                 }
+                capped.fetch_add(found, Ordering::Relaxed);
             });
         });
+        let next = next_tile().map_or(tiles.end, |(tile, _)| tile as u32);
         self.capped += capped.into_inner();
         let stage = match what {
             What::Slabs(_) => "walk_slabs",
@@ -621,6 +630,7 @@ impl Renderer {
             What::Alone(_) => "composite_kernels",
         };
         self.note_stage(stage, start);
+        next
     }
 
     /// What the stages of the picture took so far: names, milliseconds, and how often each ran.

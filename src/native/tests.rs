@@ -569,7 +569,7 @@ fn a_cancelled_ticket_begins_no_picture_and_leaves_the_engine_well() {
     cancelled.cancel();
     let mut draw = |ticket: &Ticket| {
         renderer.begin(&plan, SlabField::Own, Some(&slabs), 5e-4, ticket)?;
-        renderer.draw_tiles(0..super::tile_count(plan.size));
+        renderer.draw_tiles(0..super::tile_count(plan.size), f64::INFINITY);
         Ok(renderer.light())
     };
     let first = draw(&Ticket::new());
@@ -598,8 +598,11 @@ fn pictures_have_the_same_bits_for_any_number_of_threads() {
         let begun = renderer.begin(&plan, SlabField::Own, Some(&slabs), 5e-4, &Ticket::new());
         begun.expect("few slabs");
         let tiles = super::tile_count(plan.size);
-        renderer.draw_tiles(0..tiles / 2);
-        renderer.draw_tiles(tiles / 2..tiles);
+        assert_eq!(renderer.draw_tiles(0..tiles / 2, f64::INFINITY), tiles / 2);
+        // Where there is no time each thread draws one, and what was left out is drawn later.
+        let next = renderer.draw_tiles(tiles / 2..tiles, 0.0);
+        assert!((1..=threads).contains(&((next - tiles / 2) as usize)), "{next}");
+        assert_eq!(renderer.draw_tiles(next..tiles, f64::INFINITY), tiles);
         renderer.light()
     };
     let (one, size) = draw(1);

@@ -263,6 +263,10 @@ impl Shader {
         let normal = if normal.dot(eye) < 0.0 { -normal } else { normal };
         let mut lit = colour.map(|c| c * ambient);
         for &(towards, light) in &self.lights {
+            // What has no face scatters light to all sides, as faces turned every way do in the mean: half of it.
+            for c in 0..3 {
+                lit[c] += (1.0 - share) * light[c] * diffuse * 0.5 * colour[c];
+            }
             let cosine = normal.dot(towards);
             if cosine <= 0.0 {
                 continue;

@@ -24,6 +24,8 @@ use rayon::prelude::*;
 
 /// Tiles in the first piece, before any was timed.
 const FIRST_TILES: u32 = 64;
+/// No tile is begun after so many times the time of a piece.
+const LATEST: f64 = 3.0;
 /// Bricks of samples in the first piece.
 const FIRST_BRICKS: u32 = 512;
 
@@ -189,7 +191,8 @@ impl Drawer {
         done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 
-    /// The tiles of a picture that the native engine has begun, some at a time.
+    /// The tiles of a picture that the native engine has begun, some at a time: as many as took one piece's time before, and fewer
+    /// where these take much longer.
     fn native_tiles(
         &mut self,
         size: [u32; 2],
@@ -200,7 +203,8 @@ impl Drawer {
         while done < total {
             let begin = Instant::now();
             let end = (done + pace.piece()).min(total);
-            self.engines.native.draw_tiles(done..end);
+            let most_ms = LATEST * observer.piece_ms();
+            let end = self.engines.native.draw_tiles(done..end, most_ms);
             let took_ms = begin.elapsed().as_secs_f64() * 1e3;
             pace.learn(f64::from(end - done), took_ms, observer.piece_ms());
             done = end;

@@ -207,9 +207,20 @@ fn colours_by_value_are_refused_where_no_number_is_shown() {
     // Colours are no vectors.
     let file = folder.path().join("c.ply");
     let file = file.to_str().expect("UTF-8");
-    let seen = (0..40).map(|i| format!("{},20", 2 * i)).find_map(|at| {
-        let seen =
-            voxsplat(&["probe", file, "--field", "rgb", "--resolution", "80,40", "--at", &at]);
+    // From above a point lies near the lower left corner of the square that holds them all.
+    let seen = (0..16).map(|i| format!("{},{}", 20 + i % 4, 35 + i / 4)).find_map(|at| {
+        let seen = voxsplat(&[
+            "probe",
+            file,
+            "--field",
+            "rgb",
+            "--resolution",
+            "80,40",
+            "--camera-direction",
+            "0,0,-1",
+            "--at",
+            &at,
+        ]);
         let said = String::from_utf8_lossy(&seen.stdout).into_owned();
         said.contains("Seen").then_some(said)
     });

@@ -167,9 +167,9 @@ fn lights_are_the_references_in_every_geometry_and_order() {
     agrees("published", &published, LOOKED_UP);
 }
 
-/// What has no direction is lit by the ambient light alone, without noise.
+/// What has no direction scatters light as faces turned every way do in the mean, a half of it, without noise.
 #[test]
-fn a_constant_field_has_the_ambient_light_alone() {
+fn a_constant_field_is_lit_as_faces_turned_every_way_are_in_the_mean() {
     let Some(mut drawer) = drawer() else { return };
     let lattice = lattice();
     let mut scene = shaded(lit());
@@ -178,9 +178,14 @@ fn a_constant_field_has_the_ambient_light_alone() {
     let plain = Scene { shading: Shading::default(), ..scene };
     let (shining, _) = drawn(&mut drawer, &plain, SIZE, Rung::Full);
     assert!(shining.iter().any(|p| p[1] > 0.1));
+    let Lighting { ambient, diffuse, lights, .. } = lamps();
+    let falls = |c: usize| lights.iter().map(|light| light.colour.to_linear().0[c]).sum::<f64>();
+    let factors = [0, 1, 2].map(|c| ambient + diffuse * 0.5 * falls(c));
+    assert!(factors[0] > 0.3 && factors[0] != factors[1], "{factors:?}");
     for (found, shining) in found.iter().zip(&shining) {
-        let ambient = [shining[0] * 0.2, shining[1] * 0.2, shining[2] * 0.2, shining[3]];
-        assert!(found.iter().zip(ambient).all(|(f, a)| (f - a).abs() < 1e-6), "{found:?}");
+        let lit = [0, 1, 2].map(|c| shining[c] * factors[c]);
+        assert!((0..3).all(|c| (found[c] - lit[c]).abs() < 2e-6), "{found:?} {lit:?}");
+        assert_eq!(found[3], shining[3]);
     }
 }
 

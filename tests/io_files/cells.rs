@@ -460,6 +460,13 @@ fn tables_without_rows_or_places_say_what_is_missing() {
         "x,y,z,t\nnan,NA,,1\n-,nan,nan,2\n",
         &["finite place", "2 points that lie nowhere"],
     );
+    says(
+        "a.csv",
+        "x,y,z,v\r1,2,3,4\r2,3,5,5\r",
+        &["a line feed", "carriage return alone in line 1"],
+    );
+    let thousands = refused("a.csv", "x,y,z,v\n\"1,000\",2,3,4\n\"2,000\",3,5,5\n");
+    assert!(thousands.contains("separators of thousands"), "{thousands}");
     let lacking = made("a.csv", "x,y,z,t\n1,2,3,inf\n1,inf,3,4\n5,5,1,3\n").warnings.join("; ");
     assert!(lacking.contains("1 of 3 in \"t\""), "{lacking}");
     assert!(lacking.contains("1 point lies nowhere (NaN or infinite): left out"), "{lacking}");
@@ -598,7 +605,8 @@ fn a_thousand_million_promised_cells_are_refused_before_they_are_allocated() {
         ("a.vtk", TETRAHEDRON.replace("POINTS 4", &format!("POINTS {many}"))),
     ];
     for (name, text) in texts {
-        refused(name, text);
+        let said = refused(name, text);
+        assert!(!said.contains("close other programs"), "the file is at fault: {said}");
     }
     assert!(LARGEST.load(Ordering::Relaxed) < 64 << 20, "nothing of that size was asked for");
 }

@@ -325,11 +325,12 @@ fn files_of_triangles_open_by_themselves_and_those_of_points_as_points() {
     assert_eq!(opened.grid.fields[0].name, "rgb");
     let (mesh, said) = surface("cloud.ply", points.as_bytes(), None);
     let mesh = mesh.expect("their bodies");
-    assert_eq!((mesh.len(), said), (24, Vec::new()));
+    // Balls, of an octahedron split three times.
+    assert_eq!((mesh.len(), said), (3 * 512, Vec::new()));
     let colours = mesh.triangles(false).next().expect("a triangle").colours;
     assert_eq!(colours, Some([Srgb8([1, 2, 3]); 3]));
     let MeshValues::Corners(heat) = array(&mesh, "heat") else { panic!("on points") };
-    assert_eq!((heat[0], heat[17], heat.len()), (0.5, 2.5, 18));
+    assert_eq!((heat[0], heat[257], heat[258], heat.len()), (0.5, 0.5, 1.5, 3 * 258));
     // As polygons in a volume it has none.
     let refused = read("cloud.ply", points.as_bytes()).unwrap_err();
     assert!(refused.contains("at least one triangle"), "{refused}");
@@ -416,18 +417,39 @@ fn large_surfaces_are_read_without_a_look_at_their_neighbours_and_corners_that_l
     assert!(said.iter().any(|said| said.starts_with("1 cell with corners")), "{said:?}");
 }
 
+/// A table of several times at a few stations.
+#[test]
+fn points_at_one_place_are_one_body_with_the_mean_of_their_numbers() {
+    let row = |i: usize| format!("{},{},0,{i}\n", i % 4, i % 2);
+    let text = "x,y,z,heat\n".to_owned() + &(0..4000).map(row).collect::<String>();
+    let (mesh, _) = surface("stations.csv", text.as_bytes(), None);
+    let mesh = mesh.expect("their bodies");
+    assert_eq!(mesh.len(), 4 * 512);
+    let MeshValues::Corners(heat) = array(&mesh, "heat") else { panic!("on points") };
+    // Of four in a square no ball is wider than a twentieth of it.
+    let (low, high) =
+        mesh.framed_places().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
+            (low.min(at.x), high.max(at.x))
+        });
+    assert!((low + 0.15).abs() < 1e-6 && (high - 3.15).abs() < 1e-6, "{low} {high}");
+    // 0, 4, 8 … 3996 at the first.
+    assert_eq!([heat[0], heat[258], heat[3 * 258]], [1998.0, 1999.0, 2001.0]);
+}
+
 /// By their numbers; many are read without a look at their neighbours, and all count in what is known of the values.
 #[test]
 fn points_without_colours_are_bodies_coloured_by_their_numbers() {
-    for count in [5_usize, 12_000] {
+    // Of many octahedra; of few balls.
+    for (count, [faces, corners]) in [(5_usize, [512, 258]), (12_000, [8, 6])] {
         let row = |i: usize| format!("{},{},{},{i}\n", i / 35, i / 5 % 7, i % 5);
         let text = "x,y,z,heat\n".to_owned() + &(0..count).map(row).collect::<String>();
         let (mesh, said) = surface("cloud.csv", text.as_bytes(), None);
         let mesh = mesh.expect("their bodies");
-        assert_eq!((mesh.len(), said), (8 * count, Vec::new()));
+        assert_eq!((mesh.len(), said), (faces * count, Vec::new()));
         assert_eq!(mesh.triangles(false).next().expect("a triangle").colours, None);
         let MeshValues::Corners(heat) = array(&mesh, "heat") else { panic!("on points") };
-        assert_eq!((heat[5], heat[6], heat.len()), (0.0, 1.0, 6 * count));
+        assert_eq!((heat[corners - 1], heat[corners]), (0.0, 1.0));
+        assert_eq!(heat.len(), corners * count);
         let (_folder, path) = saved("cloud.csv", text.as_bytes());
         let opened =
             voxsplat::io::open(&path, &OpenOptions::default(), &Ticket::new()).expect("points");

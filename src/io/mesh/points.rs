@@ -20,8 +20,8 @@ use crate::volume::{Component, Field, Grid, Shape};
 /// How far the corners of octahedra lie from their place, and the surface of balls, of how far places lie apart.
 const OCTAHEDRON: f64 = 0.75;
 const BALL: f64 = 0.45;
-/// No body's radius is a larger share of the first view.
-const WIDEST: f64 = 0.03;
+/// No body's radius is a larger share of what holds all that do not stray.
+const WIDEST: f64 = 0.05;
 /// Bytes of a triangle with its part of corners, normals and colours, and as much while they are drawn.
 const BYTES: u64 = 190;
 /// Balls have no more triangles than this, all together.
@@ -107,6 +107,8 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 /// Of a hundred points so many may lie far from the others at either end of an axis.
 const FAR_OF_HUNDRED: f64 = 0.5;
 const LEAST_TO_STRAY: usize = 20;
+/// What is framed is so many times longer than the box of those that lie near one another.
+const FRAME: f64 = 3.0;
 /// The box of all is so many times longer where some lie far from the others.
 const FAR: f64 = 10.0;
 
@@ -131,7 +133,8 @@ fn frame_of(places: &[DVec3]) -> Option<([DVec3; 2], usize)> {
     });
     let [least, low, high, most] = [0, 1, 2, 3].map(|end| DVec3::from(ends.map(|of| of[end])));
     let rest = high - low;
-    let frame = [low - rest, high + rest];
+    let beside = rest * ((FRAME - 1.0) / 2.0);
+    let frame = [low - beside, high + beside];
     let extent = |low: DVec3, high: DVec3| (high - low).max_element();
     let is_far = rest.max_element() > 0.0 && extent(least, most) > FAR * extent(frame[0], frame[1]);
     let beyond = || places.iter().filter(|at| at.clamp(frame[0], frame[1]) != **at).count();
@@ -170,7 +173,8 @@ pub(super) fn mesh(
     let [low, high] = frame.map_or(whole, |(frame, _)| frame);
     let extent = (high - low).max_element();
     // One alone has nothing to be small beside.
-    let widest = if extent > 0.0 { WIDEST * extent } else { f64::INFINITY };
+    let body = if frame.is_some() { extent / FRAME } else { extent };
+    let widest = if body > 0.0 { WIDEST * body } else { f64::INFINITY };
     let radius = (if times == 0 { OCTAHEDRON } else { BALL } * spacing).min(widest);
     let small = (spacing * THINNER_THAN_A_PIXEL < extent).then(|| {
         format!(

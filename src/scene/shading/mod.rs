@@ -34,8 +34,8 @@ use crate::volume::{Lattice, ScalarVolume};
 /// Lights in a scene at most.
 pub const MOST_LIGHTS: usize = 8;
 /// Below this gradient strength, in parts of the volume's range of values per smallest spacing, there
-/// is no direction to be lit from: a few steps of the 16 bits that fields are kept in. The light
-/// sets in over as much again.
+/// is no direction to be lit from: a few steps of the 16 bits that fields are kept in. Light that falls on it is scattered to all
+/// sides, as by faces turned every way in the mean. Over as much again directions set in.
 pub const LEAST_STRENGTH: f64 = 1e-4;
 
 /// What a table is indexed by.
@@ -457,7 +457,7 @@ impl ShadingSpace {
         }
     }
 
-    /// How much of its lights falls on a point of this gradient strength, 0..=1.
+    /// How much of its lights falls on a face at a point of this gradient strength, 0..=1; the rest is scattered to all sides.
     pub fn lit_share(&self, strength: f64) -> f64 {
         (strength / self.least_strength - 1.0).clamp(0.0, 1.0)
     }
