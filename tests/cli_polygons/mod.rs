@@ -207,8 +207,8 @@ fn colours_by_value_are_refused_where_no_number_is_shown() {
     // Colours are no vectors.
     let file = folder.path().join("c.ply");
     let file = file.to_str().expect("UTF-8");
-    // From above a point lies near the lower left corner of the square that holds them all.
-    let seen = (0..16).map(|i| format!("{},{}", 20 + i % 4, 35 + i / 4)).find_map(|at| {
+    // From above a point lies near the lower left corner.
+    let seen = (0..16).map(|i| format!("{},{}", 25 + i % 4, 30 + i / 4)).find_map(|at| {
         let seen = voxsplat(&[
             "probe",
             file,
