@@ -33,10 +33,11 @@ const STILL_WORTH_TENTS: f64 = 0.25;
 /// at their border. 1280 × 800, native: `can.vtu` 35.6 dB at a quarter of the size and 31.2 at an eighth, by tents 26.8 at two
 /// fifths; `disk_out_ref.ex2` 40.3, 37.1, 35.9; 37 479 hexahedra of the blunt fin 38.8, 33.3, 27.2. A million tetrahedra, 41.1
 /// beside 29.3, are too many for the hand.
-const MOST_OWN_CELLS: usize = 1 << 18;
-/// Slabs of their smaller pictures are thicker, by this share of slabs a voxel: cells between two faces of slabs cost nothing.
-/// At a quarter of the size that is 0.1 to 1.4 dB farther from the finished picture, at an eighth 0.3 at most, in half the time.
-const OWN_CELLS_SLABS: f64 = 0.5;
+const MOST_OWN_CELLS: usize = 1 << 17;
+/// The least share of slabs a voxel in their smaller pictures: cells between two faces of slabs cost nothing. At a quarter of the
+/// size half the slabs are 0.1 to 1.4 dB farther from the finished picture, at an eighth 0.4 at most, in half to three quarters of
+/// the time.
+const LEAST_CELLS_SLABS: f64 = 0.5;
 /// A field for previews has no more samples than this, or means of them: 256³, and a quarter more. What
 /// is larger is seen with less than a pixel a sample, and would cost the memory of two.
 const MOST_SAMPLES: usize = 5 << 22;
@@ -119,6 +120,11 @@ pub(super) fn is_of_few_cells(plan: &Plan) -> bool {
     let cells = plan.field().and_then(|field| field.volume.cells.as_ref());
     let are_few = cells.is_some_and(|field| field.cells().solids().len() <= MOST_OWN_CELLS);
     are_few && plan.mode.kernel == Kernel::Cells
+}
+
+/// The share of slabs a voxel in a picture of cells so many times smaller.
+fn cells_slabs(shrink: f64) -> f64 {
+    (2.0 / shrink).clamp(LEAST_CELLS_SLABS, 1.0)
 }
 
 /// Whether a mode's kernels are products of another than their natural width: quick pictures are of its own field,
@@ -385,7 +391,7 @@ impl Drawer {
                 self.slabs_of(&plan, field, observer)
             }
             SlabField::Own if is_of_few_cells(plan) && shrink > 1.0 => {
-                let slabs_per_voxel = plan.mode.slabs_per_voxel.min(1.0) * OWN_CELLS_SLABS;
+                let slabs_per_voxel = plan.mode.slabs_per_voxel.min(1.0) * cells_slabs(shrink);
                 let mode = SplatSettings { slabs_per_voxel, ..plan.mode };
                 let smaller = plan.in_mode(mode).at_size(smaller, shrink);
                 self.slabs_of(&with_cut(smaller), field, observer)
@@ -418,6 +424,12 @@ mod tests {
     use super::*;
     use crate::scene::{Scene, Visibility, opening};
     use crate::volume::{Lattice, Samples};
+
+    #[test]
+    fn slabs_of_cells_are_thicker_in_pictures_that_are_much_smaller() {
+        let shares = [1.0, 2.0, 3.0, 4.0, 12.0].map(cells_slabs);
+        assert_eq!(shares, [1.0, 1.0, 2.0 / 3.0, 0.5, 0.5]);
+    }
 
     #[test]
     fn a_volume_is_halved_until_no_more_than_five_million_quads_are_left() {
