@@ -612,3 +612,30 @@ fn pictures_have_the_same_bits_for_any_number_of_threads() {
         assert_eq!(draw(threads).0, one, "{threads} threads");
     }
 }
+
+#[test]
+fn the_nearest_opaque_triangle_is_seen_in_whatever_order_they_come() {
+    let towards = -scene().camera.direction;
+    let layer = |nearer: f64| {
+        let shift = (towards * nearer).as_vec3();
+        let corners = [[-3.0, 2.0, 4.0], [25.0, 5.0, 9.0], [9.0, 20.0, 22.0]];
+        let corners = corners.map(|corner| glam::Vec3::from(corner) + shift).to_vec();
+        let mesh = Mesh::new("shard", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]);
+        PolygonLayer::new(Arc::new(mesh.expect("a mesh")))
+    };
+    let seen = |layers: &[f64]| {
+        let scene = layers.iter().fold(scene(), |scene, nearer| scene.with(layer(*nearer)));
+        let polygons = Polygons::of(&Plan::of(&scene, [61, 45]), None, &Ticket::new());
+        let polygons = polygons.expect("not cancelled").expect("some");
+        let tiles = (0..6).flat_map(|y| (0..8).map(move |x| [8 * x, 8 * y]));
+        let nearest = tiles.flat_map(|corner| {
+            let found = polygons.seen_in(corner);
+            (0..64).map(move |pixel| found.as_ref()?.of(pixel).first().map(|first| first.t))
+        });
+        nearest.collect::<Vec<Option<f32>>>()
+    };
+    let (near, both) = (seen(&[3.0]), seen(&[0.0, 3.0]));
+    assert_eq!(both, seen(&[3.0, 0.0]));
+    let hidden = near.iter().zip(&both).filter(|(near, both)| near.is_some() && near == both);
+    assert!(hidden.count() > 100 && both != seen(&[0.0]));
+}

@@ -146,3 +146,62 @@ impl<S: Simd> Ends<S> {
         here
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use fearless_simd::{Level, dispatch};
+
+    use super::*;
+
+    /// Rays along x from 0 on: a place's x is its depth.
+    fn packet<S: Simd>(simd: S, enter: Lanes<S>, leave: Lanes<S>) -> Packet<S> {
+        let is_there = Mask::splat(simd, true);
+        Packet {
+            origin: Vec3::splat(simd, [0.0; 3]),
+            direction: Vec3::splat(simd, [1.0, 0.0, 0.0]),
+            enter,
+            leave,
+            in_picture: is_there,
+            is_there,
+            is_cut: !is_there,
+            stretch: all(simd, 1.0),
+            screen: [all(simd, 0.0); 2],
+        }
+    }
+
+    #[test]
+    fn ends_of_rays_are_looked_at_once_each_and_all_else_whenever_it_is_asked_for() {
+        let found = |depths: [[f32; 8]; 2]| {
+            dispatch!(Level::new(), simd => {
+                let enter = Lanes::load_array(simd, [0., 1., 2., 3., 4., 5., 6., 7.]);
+                let packet = packet(simd, enter, enter + 20.0);
+                let (mut ends, looks) = (Ends::new(), Cell::new(0));
+                let other = Here { value: all(simd, -1.0), growth: Some(Vec3::splat(simd, [-1.0; 3])) };
+                let found = depths.map(|depths| {
+                    let t = Lanes::load_array(simd, depths);
+                    let elsewhere = t.simd_ge(all(simd, 0.0));
+                    let find = |place: Vec3<_>| {
+                        looks.set(looks.get() + 1);
+                        Here { value: place.x, growth: Some(place) }
+                    };
+                    let here = ends.put(&packet, (t, elsewhere), other, find);
+                    let growth = here.growth.map(|growth| growth.x.to_array());
+                    (here.value.to_array(), growth)
+                });
+                (found, looks.get())
+            })
+        };
+        // Some where they begin, some where they end, and one that is known already.
+        let first = [0., 1., -1., 3., 24., 25., 26., 7.];
+        let then = [20., 21., -1., 23., 4., 5., 6., 27.];
+        let expected = [first, then].map(|depths| (depths, Some(depths)));
+        assert_eq!(found([first, then]), (expected, 2));
+        // In between.
+        let between = [0., 1., 2.5, 3., -1., 5., 6., 7.];
+        assert_eq!(found([between; 2]), ([(between, Some(between)); 2], 2));
+        let known = [-1.0; 8];
+        assert_eq!(found([known; 2]), ([(known, Some(known)); 2], 0));
+    }
+}
