@@ -151,7 +151,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                         to_t = slab.ts.y;
                         if SHADED && slab.us.x != NOTHING && u_near == u_far {
                             let middle = origin + direction * (0.5 * (from_t + to_t));
-                            g_middle = slabs.table.y * stored_growth(middle);
+                            g_middle = slabs.table.y * growth_of_light(middle);
                         } else {
                             g_middle = select(select(g_middle, g_near, u_far == NOTHING), g_far, u_near == NOTHING);
                         }

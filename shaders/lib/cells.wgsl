@@ -99,7 +99,7 @@ fn cell_at(position: vec3<f32>) -> InCell {
     let boxes = vec3<u32>(word(2u), word(3u), word(4u));
     let last = vec3<f32>(boxes - vec3<u32>(1u));
     let box = vec3<u32>(clamp(floor((position + 0.5) / number(5u)), vec3<f32>(0.0), last));
-    let at = 6u + (box.z * boxes.y + box.y) * boxes.x + box.x;
+    let at = 7u + (box.z * boxes.y + box.y) * boxes.x + box.x;
     let end = word(at + 1u);
     let lists = word(0u);
     for (var i = word(at); i < end; i++) {
@@ -134,9 +134,29 @@ fn value_in(found: InCell) -> f32 {
     return straight + dot(triple(at + 4u), products) + number(at + 7u) * products.x * unit.z;
 }
 
-// What values at a corner of a cell grow by per index.
-fn growth_of_corner(corners: u32, i: u32) -> vec3<f32> {
-    return triple(word(1u) + 3u * word(corners + i));
+// Where the numbers of a cell's corners are, and how many.
+fn corners_of(record: u32) -> vec2<u32> {
+    let kind = kind_of(record);
+    let counts = vec4<u32>(4u, 5u, 6u, 8u);
+    return vec2<u32>(record + select(34u, 18u, kind == TETRAHEDRON), counts[kind]);
+}
+
+// The shape function of a corner.
+fn weight_of(kind: u32, corner: u32, unit: vec3<f32>) -> f32 {
+    if kind == TETRAHEDRON {
+        return vec4<f32>(1.0 - unit.x - unit.y - unit.z, unit)[corner];
+    }
+    if kind == WEDGE {
+        let ring = vec3<f32>(1.0 - unit.x - unit.y, unit.x, unit.y);
+        return ring[corner % 3u] * select(unit.z, 1.0 - unit.z, corner < 3u);
+    }
+    let below = 1.0 - unit.z;
+    if kind == PYRAMID && corner == 4u {
+        return unit.z;
+    }
+    let rest = 1.0 - unit.xy;
+    let ring = vec4<f32>(rest.x * rest.y, unit.x * rest.y, unit.x * unit.y, rest.x * unit.y);
+    return ring[corner & 3u] * select(unit.z, below, corner < 4u);
 }
 
 // What values grow by per index at a place of a cell, as recovered at its corners.
@@ -146,29 +166,45 @@ fn growth_in(found: InCell) -> vec3<f32> {
     }
     let kind = kind_of(found.record);
     let unit = clamp(found.unit, vec3<f32>(0.0), vec3<f32>(1.0));
-    let below = 1.0 - unit.z;
-    if kind == TETRAHEDRON {
-        let at = found.record + 18u;
-        return growth_of_corner(at, 0u) * (below - unit.x - unit.y) + growth_of_corner(at, 1u) * unit.x
-            + growth_of_corner(at, 2u) * unit.y + growth_of_corner(at, 3u) * unit.z;
-    }
-    let at = found.record + 34u;
-    if kind == WEDGE {
-        let ring = vec3<f32>(1.0 - unit.x - unit.y, unit.x, unit.y);
-        var sum = vec3<f32>(0.0);
-        for (var i = 0u; i < 3u; i++) {
-            sum += ring[i] * (growth_of_corner(at, i) * below + growth_of_corner(at, i + 3u) * unit.z);
-        }
-        return sum;
-    }
-    let rest = 1.0 - unit.xy;
-    let ring = vec4<f32>(rest.x * rest.y, unit.x * rest.y, unit.x * unit.y, rest.x * unit.y);
+    let corners = corners_of(found.record);
     var sum = vec3<f32>(0.0);
-    for (var i = 0u; i < 4u; i++) {
-        let above = select(i + 4u, 4u, kind == PYRAMID);
-        sum += ring[i] * (growth_of_corner(at, i) * below + growth_of_corner(at, above) * unit.z);
+    for (var i = 0u; i < corners.y; i++) {
+        sum += triple(word(1u) + 3u * word(corners.x + i)) * weight_of(kind, i, unit);
     }
     return sum;
+}
+
+// What light that falls on borders takes for that (`cells::ShadingNormals`).
+fn growth_for_light(found: InCell) -> vec3<f32> {
+    if found.record == 0u {
+        return vec3<f32>(0.0);
+    }
+    let kind = kind_of(found.record);
+    let unit = clamp(found.unit, vec3<f32>(0.0), vec3<f32>(1.0));
+    let corners = corners_of(found.record);
+    // Of the nearest outer face, where there is one.
+    var own = corners.x;
+    let faces = own + corners.y;
+    var least = 2.0;
+    for (var i = 0u; i < word(faces); i++) {
+        let face = faces + 1u + i * (4u + corners.y);
+        let height = number(face) + dot(triple(face + 1u), unit);
+        if height < least {
+            least = height;
+            own = face + 4u;
+        }
+    }
+    var border = vec3<f32>(0.0);
+    var inside = vec3<f32>(0.0);
+    for (var i = 0u; i < corners.y; i++) {
+        let normal = word(6u) + 4u * word(own + i);
+        let growth = triple(normal) * weight_of(kind, i, unit);
+        let is_on_border = number(normal + 3u) > 0.0;
+        border += select(vec3<f32>(0.0), growth, is_on_border);
+        inside += select(growth, vec3<f32>(0.0), is_on_border);
+    }
+    // A surface and its back are lit alike.
+    return border + inside * select(1.0, -1.0, dot(border, inside) < 0.0);
 }
 
 // Which of the file's cells a position lies in; a number that none has outside all of them.

@@ -6,6 +6,8 @@ const OF_TENTS: u32 = 1u;
 const BY_DIFFERENCES: u32 = 2u;
 const OF_FUNCTIONS: u32 = 3u;
 const OF_CELLS: u32 = 4u;
+// The same, and on their border that of light.
+const OF_LIT_CELLS: u32 = 5u;
 
 override growth: u32 = 2u;
 
@@ -19,16 +21,27 @@ fn face(position: vec3<f32>) -> Face {
     if growth == OF_FUNCTIONS {
         return face_of_functions(position);
     }
-    if growth == OF_CELLS {
+    if growth == OF_CELLS || growth == OF_LIT_CELLS {
         return face_of_cells(position);
     }
     return face_by_differences(position);
+}
+
+// What light takes for the growth at a position of cells or ellipsoids, as stored.
+fn growth_of_light(position: vec3<f32>) -> vec3<f32> {
+    if growth == OF_LIT_CELLS {
+        return growth_for_light(cell_at(position));
+    }
+    return stored_growth(position);
 }
 
 fn face_of_cells(position: vec3<f32>) -> Face {
     let found = cell_at(position);
     let stored = value_in(found);
     let u = select(slabs.table.x + slabs.table.y * stored, NOTHING, stored == NOTHING);
+    if growth == OF_LIT_CELLS {
+        return Face(vec2<f32>(u, 0.0), slabs.table.y * growth_for_light(found));
+    }
     return Face(vec2<f32>(u, 0.0), slabs.table.y * growth_in(found));
 }
 

@@ -45,6 +45,10 @@ fn meet_levels(
                 }
             }
             let in_hole = has_holes && is_hole(ray.origin + ray.direction * t);
+            if growth == OF_LIT_CELLS {
+                // A surface of values is turned as these grow, at the border, too.
+                here.gradient = slabs.table.y * stored_growth(ray.origin + ray.direction * t);
+            }
             let found = facing(here.gradient);
             let along = (shade.right.xyz * screen.x + shade.up.xyz * screen.y) * shade.up.w;
             let light = lit_by(found.normal, -normalize(shade.forward.xyz + along), found.share);

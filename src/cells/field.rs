@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Cells;
+use super::{Cells, ShadingNormals};
 use crate::core::progress::{Cancelled, Ticket};
 
 /// What the numbers of a field stand on.
@@ -25,6 +25,7 @@ pub struct CellField {
     /// Of every point, those that splits add among them; or of each of the file's cells.
     values: Vec<f64>,
     growths: OnceLock<Arc<[DVec3]>>,
+    normals: OnceLock<Arc<ShadingNormals>>,
 }
 
 impl CellField {
@@ -34,7 +35,7 @@ impl CellField {
             On::Points => cells.with_added(own),
             On::Cells => own,
         };
-        Self { cells, on, values, growths: OnceLock::new() }
+        Self { cells, on, values, growths: OnceLock::new(), normals: OnceLock::new() }
     }
 
     /// The cells.
@@ -160,6 +161,18 @@ impl CellField {
         }
         let found = self.recovered(ticket)?;
         Ok(self.growths.get_or_init(|| found))
+    }
+
+    /// What light takes for the field's growth. Made at the first call.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn shading_normals(&self, ticket: &Ticket) -> Result<&Arc<ShadingNormals>, Cancelled> {
+        if let Some(known) = self.normals.get() {
+            return Ok(known);
+        }
+        let found = ShadingNormals::new(self, self.growths(ticket)?, ticket)?;
+        Ok(self.normals.get_or_init(|| Arc::new(found)))
     }
 
     fn recovered(&self, ticket: &Ticket) -> Result<Arc<[DVec3]>, Cancelled> {

@@ -1,12 +1,13 @@
 //! Fields on cells that lie anywhere: tetrahedra, hexahedra, wedges, pyramids, and what is split into these.
 //!
 //! Owns the cells of unstructured and curvilinear grids ([`Cells`]), the shape functions between their points
-//! ([`Solid`]), which of them lie near a place ([`Listed`]) or hold it ([`Finder`]), their outer faces ([`Cells::surface`]), and one number on
-//! them ([`CellField`]). Refuses files, lattices of samples and drawing. Imports `core`.
+//! ([`Solid`]), which of them lie near a place ([`Listed`]) or hold it ([`Finder`]), their outer faces ([`Cells::surface`]), one number on
+//! them ([`CellField`]), and what light takes for its growth ([`ShadingNormals`]). Refuses files, lattices of samples and drawing. Imports `core`.
 
 mod field;
 mod finder;
 mod listed;
+mod normals;
 mod solid;
 mod split;
 mod surface;
@@ -19,6 +20,7 @@ use glam::DVec3;
 pub use field::{CellField, On};
 pub use finder::Finder;
 pub use listed::Listed;
+pub use normals::{LitFace, ShadingNormal, ShadingNormals};
 pub use solid::{Kind, Placed, Rim, Solid};
 pub use split::{has_extent, has_volume, is_flat};
 pub use surface::Face;

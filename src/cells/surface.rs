@@ -11,6 +11,8 @@ pub struct Face {
     pub corners: [u32; 4],
     /// Whose it is.
     pub solid: u32,
+    /// Its number in [`Kind::faces`](super::Kind::faces) of that.
+    pub number: u8,
 }
 
 impl Face {
@@ -36,7 +38,8 @@ impl Cells {
             let solid = *solid;
             faces.filter_map(move |(number, face)| {
                 let (corners, key) = corners_of(face, solid.corners())?;
-                Some((key, (own, number as u8), Face { corners, solid: own }))
+                let number = number as u8;
+                Some((key, (own, number), Face { corners, solid: own, number }))
             })
         };
         let mut faces: Vec<_> =

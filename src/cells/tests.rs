@@ -128,6 +128,95 @@ fn weights_are_one_at_their_corner_and_add_up_to_one() {
 }
 
 #[test]
+fn heights_are_nothing_on_their_face_and_rise_from_it() {
+    let mut state = 0x5eed_0031_u64;
+    for kind in KINDS {
+        let solid = bent(kind, &mut state);
+        assert_eq!(kind.faces().len(), kind.heights().len());
+        for (face, height) in kind.faces().iter().zip(kind.heights()) {
+            let at = |unit: DVec3| {
+                let [one, r, s, t] = height.map(f64::from);
+                one + r * unit.x + s * unit.y + t * unit.z
+            };
+            // The face's middle is where its corners weigh alike.
+            let middle: DVec3 = face.iter().map(|i| solid.corners()[*i]).sum::<DVec3>();
+            let unit = solid.unit_from(middle / face.len() as f64);
+            if let Some(unit) = unit {
+                assert!(at(unit).abs() < 1e-6, "{kind:?} {face:?}: {}", at(unit));
+            }
+            assert!(at(kind.middle()) > 0.1, "{kind:?} {face:?}");
+        }
+    }
+}
+
+/// So many unit cubes along each axis, of a field at their points.
+fn cubes(
+    [nx, ny, nz]: [usize; 3],
+    place: impl Fn(DVec3) -> DVec3,
+    of: fn(DVec3) -> f64,
+) -> CellField {
+    let mut points = Vec::new();
+    for i in 0..nx * ny * nz {
+        let at = [i % nx, i / nx % ny, i / (nx * ny)].map(|n| n as f64);
+        points.push(DVec3::from(at));
+    }
+    let values = points.iter().map(|at| of(*at)).collect();
+    let points: Arc<[DVec3]> = points.into_iter().map(place).collect();
+    let cells = Cells::of_grid(&points, [nx, ny, nz]);
+    CellField::new(Arc::new(cells), On::Points, values)
+}
+
+#[test]
+fn light_falls_on_the_border_of_cells_and_deeper_on_what_grows() {
+    let field = cubes([4, 4, 4], |at| at, |at| 2.0 * at.x);
+    let lit = field.shading_normals(&Ticket::new()).expect("not cancelled");
+    let growth = |place: [f64; 3]| {
+        let place = DVec3::from(place);
+        let cells = field.cells();
+        let solid = (0..27).find(|solid| cells.placed(*solid).unit_from(place).is_some()).unwrap();
+        let unit = cells.placed(solid).unit_from(place).unwrap();
+        lit.growth((solid, &cells.solids()[solid]), unit)
+    };
+    let is = |found: DVec3, expected: [f64; 3]| {
+        assert!((found - DVec3::from(expected)).length() < 1e-9, "{found}");
+    };
+    // Into the cells, as strong as the field grows anywhere, up to the edges, which are sharp.
+    is(growth([1.5, 1.5, 0.0]), [0.0, 0.0, 2.0]);
+    is(growth([1.5, 1.5, 3.0]), [0.0, 0.0, -2.0]);
+    is(growth([0.02, 1.5, 0.0]), [0.0, 0.0, 2.0]);
+    is(growth([0.0, 1.5, 0.02]), [2.0, 0.0, 0.0]);
+    is(growth([3.0, 0.03, 0.03]), [-2.0, 0.0, 0.0]);
+    // One layer deep as the field, and in between both.
+    is(growth([1.5, 1.5, 1.5]), [2.0, 0.0, 0.0]);
+    is(growth([1.5, 1.5, 0.25]), [0.5, 0.0, 1.5]);
+    // A surface and its back are lit alike: nothing cancels out where the border is turned against the growth.
+    is(growth([2.75, 1.5, 1.5]), [-2.0, 0.0, 0.0]);
+}
+
+#[test]
+fn light_on_a_bent_border_is_smooth_and_on_a_sharp_one_is_not() {
+    let folded = |degrees: f64| {
+        let turn = glam::DQuat::from_rotation_y(-degrees.to_radians());
+        let place = move |at: DVec3| match at.x > 1.0 {
+            true => DVec3::X + DVec3::new(0.0, at.y, at.z) + turn * DVec3::X,
+            false => at,
+        };
+        let field = cubes([3, 2, 2], place, |_| 5.0);
+        let lit = Arc::clone(field.shading_normals(&Ticket::new()).unwrap());
+        // On the lower faces, at the fold and a step from it.
+        [0.999, 0.0].map(|r| {
+            let first = (0, &field.cells().solids()[0]);
+            lit.growth(first, DVec3::new(r, 0.5, 0.0))
+        })
+    };
+    let angle = |[a, b]: [DVec3; 2]| a.angle_between(b).to_degrees();
+    assert!((angle(folded(20.0)) - 10.0).abs() < 0.1, "{}", angle(folded(20.0)));
+    assert!(angle(folded(40.0)) < 1e-6, "{}", angle(folded(40.0)));
+    // What does not grow at all is lit all the same.
+    assert!(folded(40.0).iter().all(|growth| (growth.length() - 1.0).abs() < 1e-9));
+}
+
+#[test]
 fn volumes_are_exact_where_geometry_knows_them() {
     let volume = |kind, corners: &[[f64; 3]]| {
         let mut own = [DVec3::ZERO; 8];

@@ -10,14 +10,16 @@ use crate::kernel::Bounds;
 use crate::volume::Lattice;
 
 /// Words before the lists: where the lists begin, and what points' values grow by; boxes along each axis, and the edge of
-/// one.
-const HEAD: usize = 6;
+/// one; where what light takes for the growth begins.
+const HEAD: usize = 7;
 /// The rim of a solid without volume: nothing lies so far inside it.
 const NO_PLACE: f64 = -1.0;
 /// Cells as words. Behind the head: where the list of each box begins, and the last ends; the lists, of the words at which
-/// records begin; three numbers a point, what values grow by per index; and the records. Of each: its kind, and above two bits which of the file's cells it is of, how far outside
-/// counts as inside, its first corner; of a tetrahedron the three rows that lead from an offset to (r, s, t) and four
-/// factors of its value, of others 21 factors of its place and eight of its value; the numbers of its corners.
+/// records begin; three numbers a point, what values grow by per index; four numbers a shading normal, what light takes for
+/// that, and 1 on the border; and the records. Of each: its kind, and above two bits which of the file's cells it is of, how
+/// far outside counts as inside, its first corner; of a tetrahedron the three rows that lead from an offset to (r, s, t) and
+/// four factors of its value, of others 21 factors of its place and eight of its value; the numbers of its corners; how many
+/// outer faces it has, and of each four factors of the height above it, and the numbers of its corners' normals.
 ///
 /// # Errors
 /// A cancelled ticket, and words that 32-bit places cannot tell apart.
@@ -36,15 +38,17 @@ pub(super) fn words(
     let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)
         .map_err(|_| GpuError::Cancelled)?;
     let growths = field.growths(ticket).map_err(|_| GpuError::Cancelled)?;
+    let lit = field.shading_normals(ticket).map_err(|_| GpuError::Cancelled)?;
     let lists_at = HEAD + listed.starts.len();
     let growths_at = lists_at + listed.lists.len();
-    let records_at = growths_at + 3 * growths.len();
+    let normals_at = growths_at + 3 * growths.len();
+    let records_at = normals_at + 4 * lit.normals().len();
     let mut ends = Vec::with_capacity(cells.solids().len() + 1);
     let mut end = records_at;
-    for solid in cells.solids() {
+    for (i, solid) in cells.solids().iter().enumerate() {
         end += box_words(solid.kind());
         ends.push(end);
-        end += record_words(solid.kind());
+        end += record_words(solid.kind(), lit.faces_of(i).len());
     }
     if u32::try_from(end).is_err() {
         return Err(GpuError::TooLarge {
@@ -59,12 +63,16 @@ pub(super) fn words(
     let mut words = Vec::with_capacity(end);
     words.extend([short(lists_at), short(growths_at)]);
     words.extend(listed.boxes.map(short));
-    words.push(bits(listed.edge));
+    words.extend([bits(listed.edge), short(normals_at)]);
     words.extend(&listed.starts);
     words.extend(listed.lists.iter().map(|solid| short(ends[*solid as usize])));
     let index = axes.transpose();
     let rim = Rim::of(lattice.dims);
     words.extend(growths.iter().flat_map(|growth| (index * *growth).to_array().map(bits)));
+    words.extend(lit.normals().iter().flat_map(|normal| {
+        let [x, y, z] = (index * normal.growth).to_array().map(bits);
+        [x, y, z, f32::from(u8::from(normal.is_on_border)).to_bits()]
+    }));
     for (i, solid) in cells.solids().iter().enumerate() {
         if i.is_multiple_of(1 << 12) && ticket.is_cancelled() {
             return Err(GpuError::Cancelled);
@@ -88,6 +96,11 @@ pub(super) fn words(
         let count = if solid.kind() == Kind::Tetrahedron { 4 } else { 8 };
         words.extend(values[..count].iter().map(|value| bits(*value)));
         words.extend(solid.corners());
+        words.push(short(lit.faces_of(i).len()));
+        for face in lit.faces_of(i) {
+            words.extend(solid.kind().heights()[usize::from(face.number)].map(f32::to_bits));
+            words.extend(&face.corners[..solid.kind().points()]);
+        }
     }
     Ok((words, listed))
 }
@@ -110,10 +123,10 @@ fn reach(placed: &Placed, rim: f64) -> [DVec3; 2] {
     [low - off, high + off]
 }
 
-/// Words of a record.
-fn record_words(kind: Kind) -> usize {
+/// Words of the record of a solid with so many outer faces.
+fn record_words(kind: Kind, outer: usize) -> usize {
     let numbers = if kind == Kind::Tetrahedron { 9 + 4 } else { 21 + 8 };
-    5 + numbers + kind.points()
+    5 + numbers + kind.points() + 1 + outer * (4 + kind.points())
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "shaders have 32 bits")]

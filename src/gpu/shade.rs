@@ -16,6 +16,8 @@ pub(super) struct ShadeVariant {
     pub is_lit: bool,
     pub lights: u32,
     pub uses_gradient: bool,
+    /// Whether light falls on the border of cells.
+    pub of_borders: bool,
     /// Whether tents are lit by their own derivative.
     pub quickly: bool,
     /// Regions of value and gradient strength.
@@ -126,6 +128,7 @@ impl Shade {
             is_lit: shading.lighting.is_some(),
             lights,
             uses_gradient: shading.uses_gradient() || has_surfaces,
+            of_borders: shading.lights_borders(),
             quickly: false,
             regions: shading.painted().len() as u32,
         };

@@ -394,6 +394,7 @@ impl SlabPass {
             constants.push(match settings.kernel {
                 Kernel::BSpline if is_natural => ("growth", 0.0),
                 Kernel::Functions | Kernel::Ellipsoids => ("growth", 3.0),
+                Kernel::Cells if shade.of_borders => ("growth", 5.0),
                 Kernel::Cells => ("growth", 4.0),
                 _ if shade.quickly => ("growth", 1.0),
                 _ => ("growth", 2.0),

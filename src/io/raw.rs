@@ -157,8 +157,8 @@ fn complete(
         return Err(header(
             "the dimensions of samples without a header",
             format!("none in the name {}", quoted(&name)),
-            "give --raw-dims X,Y,Z, or name the file like tooth_103x94x161_uint8.raw; a PLOT3D grid is not \
-             as long as its beginning says, so copy it again",
+            "give --raw-dims X,Y,Z, or name the file like tooth_103x94x161_uint8.raw; if it is a PLOT3D grid \
+             it is cut short or damaged: copy it again",
         ));
     };
     let skip_bytes = merged.skip_bytes.unwrap_or(0);

@@ -15,7 +15,7 @@ use super::lanes::{Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
 use super::own::{Found, widen_border};
 use super::rays::{Packet, Rays, TILE};
-use super::solids::{Bent, Outer, Solid, Solids, Straight, cross};
+use super::solids::{Bent, Growths, Outer, Solid, Solids, Straight, cross};
 use super::sums::Asked;
 use super::window::{Ends, FACES, Here, Window};
 
@@ -37,7 +37,8 @@ pub(super) struct AlongSolids<'a, S: Simd> {
     window: Window,
     ends: Ends<S>,
     values: [Lanes<S>; FACES],
-    /// Growths, where the light asks for them.
+    /// The growths that the light asks for, if it does, and those at the faces.
+    of: Growths<'a>,
     growths: Option<Box<[Vec3<S>; FACES]>>,
     /// In the slab behind each face, the nearest and the farthest place where the ray passes the cells' border, and the
     /// values there.
@@ -50,7 +51,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         simd: S,
         (cells, [solids, outer]): (&'a Solids, &'a [Landed; 2]),
         (rays, at): (&Rays, [u32; 2]),
-        (asked, is_lit): (Asked, bool),
+        (asked, of): (Asked, Growths<'a>),
     ) -> Self {
         let corner = at.map(|n| n / TILE * TILE);
         let block = (at[1] - corner[1]) / 2 * 2 + (at[0] - corner[0]) / 4;
@@ -62,7 +63,8 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             window: Window::new(asked, rays.step),
             ends: Ends::new(),
             values: [all(simd, NOTHING); FACES],
-            growths: is_lit.then(|| Box::new([Vec3::splat(simd, [0.0; 3]); FACES])),
+            of,
+            growths: of.are_asked_for().then(|| Box::new([Vec3::splat(simd, [0.0; 3]); FACES])),
             borders: [[all(simd, 0.0); 4]; FACES],
         }
     }
@@ -90,14 +92,14 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         };
         let is_elsewhere = self.window.is_elsewhere(simd, packet, k, t);
         if any(is_elsewhere) {
-            let (cells, is_lit) = (self.cells, found.growth.is_some());
+            let (cells, of) = (self.cells, self.of);
             let other = Here { value: found.value, growth: found.growth };
             let Here { value, growth } = self.ends.put(
                 packet,
                 (t, is_elsewhere),
                 other,
                 #[inline(always)]
-                |place| cells.here(simd, (place, packet.is_there), is_lit),
+                |place| cells.here(simd, (place, packet.is_there), of),
             );
             (found.value, found.growth) = (value, growth);
         }
@@ -152,7 +154,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
                 continue;
             }
             let of = (packet.at(t), counts);
-            let Here { value, growth } = self.cells.here(simd, of, self.growths.is_some());
+            let Here { value, growth } = self.cells.here(simd, of, self.of);
             self.values[i] = value;
             if let (Some(growths), Some(growth)) = (&mut self.growths, growth) {
                 growths[i] = growth;
@@ -218,7 +220,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
     ) {
         self.values[i] = choose(within, value, self.values[i]);
         if let Some(growths) = &mut self.growths {
-            let growth = self.cells.growth_in(simd, self.cells.growths(), solid, unit);
+            let growth = self.cells.growth_in(simd, self.of, solid, unit);
             growths[i] = Vec3::choose(within, growth, growths[i]);
         }
     }

@@ -17,6 +17,8 @@ pub(super) struct Light {
     pub is_of_slabs: bool,
     shading: Shading,
     pub uses_gradient: bool,
+    /// It falls on the border of cells (`Shading::lights_borders`).
+    pub is_of_borders: bool,
     published: bool,
     /// Rows of the map from growth per index, in stored values, to the world.
     world: [[f32; 3]; 3],
@@ -78,6 +80,7 @@ impl Light {
             is_of_slabs: !shading.is_plain(),
             shading: shading.clone(),
             uses_gradient: shading.uses_gradient() || has_surfaces,
+            is_of_borders: shading.lights_borders(),
             published: plan.mode.opacity_model == OpacityModel::Published,
             world: [rows.x_axis, rows.y_axis, rows.z_axis].map(narrow),
             per_strength: (1.0 / space.least_strength).min(f64::from(f32::MAX)) as f32,

@@ -147,12 +147,12 @@ impl Own {
         }
     }
 
-    /// The values' growth per index at places.
+    /// The values' growth per index at places, or what light that falls on borders takes for it.
     #[inline(always)]
-    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
+    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>, for_light: bool) -> Vec3<S> {
         match self {
             Self::Functions(functions) => functions.gradient(simd, place),
-            Self::Cells(cells) => cells.gradient(simd, place),
+            Self::Cells(cells) => cells.gradient(simd, place, for_light),
         }
     }
 

@@ -98,6 +98,37 @@ pub(super) struct Solids {
     pub outer: Vec<Outer>,
     /// Growth of the value per index at the points; made once someone has asked.
     growths: OnceLock<Vec<[f32; 3]>>,
+    /// What light takes for it; made once a picture is lit.
+    lit: OnceLock<Lit>,
+}
+
+/// What light takes for the growth of a field ([`cells::ShadingNormals`]).
+#[derive(Debug, Default)]
+pub(super) struct Lit {
+    /// Growth per index, and 1 on the border, 0 elsewhere.
+    normals: Vec<[f32; 4]>,
+    faces: Vec<LitFace>,
+    /// Where the faces of each solid begin, and the last ones end.
+    starts: Vec<u32>,
+}
+
+/// An outer face as light has it.
+#[derive(Debug)]
+struct LitFace {
+    /// Factors of 1, r, s and t of the height above it.
+    height: [f32; 4],
+    /// Numbers of normals of the solid's corners.
+    corners: [u32; 8],
+}
+
+/// Which growth is asked for.
+#[derive(Clone, Copy)]
+pub(super) enum Growths<'a> {
+    None,
+    /// As recovered at the points.
+    Own(&'a [[f32; 3]]),
+    /// For light that falls on borders, too.
+    ForLight(&'a Lit),
 }
 
 impl Solids {
@@ -174,9 +205,9 @@ impl Solids {
                 corners: face.corners,
             });
         }
-        let growths = OnceLock::new();
+        let (growths, lit) = (OnceLock::new(), OnceLock::new());
         let (field, axes) = (Arc::clone(field), lattice.axes());
-        Ok(Self { field, axes, listed, solids, straight, bent, outer, growths })
+        Ok(Self { field, axes, listed, solids, straight, bent, outer, growths, lit })
     }
 
     /// Least and greatest value in each of a lattice's bricks, of the cells that reach into it; where there are none nothing
@@ -233,20 +264,38 @@ impl Solids {
         ])
     }
 
-    /// Numbers of a solid's points.
-    #[inline(always)]
-    pub(super) fn corners(&self, solid: u32) -> &[u32] {
-        self.field.cells().solids()[solid as usize].corners()
-    }
-
-    /// Growth of the value per index at the points.
-    pub(super) fn growths(&self) -> &[[f32; 3]] {
-        self.growths.get_or_init(|| {
+    /// The growth of the value per index, or what light that falls on borders takes for it.
+    pub(super) fn growths(&self, for_light: bool) -> Growths<'_> {
+        let index = self.axes.transpose();
+        if for_light {
+            return Growths::ForLight(self.lit.get_or_init(|| self.made_for_light(index)));
+        }
+        Growths::Own(self.growths.get_or_init(|| {
             // Nobody cancels a fresh ticket.
             let Ok(world) = self.field.growths(&Ticket::new()) else { return Vec::new() };
-            let index = self.axes.transpose();
             world.par_iter().map(|growth| (index * *growth).as_vec3().to_array()).collect()
-        })
+        }))
+    }
+
+    fn made_for_light(&self, index: DMat3) -> Lit {
+        // Nobody cancels a fresh ticket.
+        let Ok(of) = self.field.shading_normals(&Ticket::new()) else { return Lit::default() };
+        let normal = |normal: &cells::ShadingNormal| {
+            let [x, y, z] = (index * normal.growth).as_vec3().to_array();
+            [x, y, z, f32::from(u8::from(normal.is_on_border))]
+        };
+        let solids = self.field.cells().solids().iter().enumerate();
+        let faces = solids.flat_map(|(i, solid)| {
+            let height = |face: &cells::LitFace| solid.kind().heights()[usize::from(face.number)];
+            of.faces_of(i)
+                .iter()
+                .map(move |face| LitFace { height: height(face), corners: face.corners })
+        });
+        Lit {
+            normals: of.normals().par_iter().map(normal).collect(),
+            faces: faces.collect(),
+            starts: of.starts().to_vec(),
+        }
     }
 
     /// Bytes of memory.
@@ -257,6 +306,7 @@ impl Solids {
             + size_of_val(&self.bent[..])
             + size_of_val(&self.outer[..])
             + self.growths.get().map_or(0, |growths| size_of_val(&growths[..]))
+            + self.lit.get().map_or(0, Lit::size_bytes)
     }
 
     /// The boxes that places are listed in.
@@ -324,41 +374,26 @@ impl Solids {
         }
     }
 
-    /// The values at places; [`NOTHING`] outside all cells. Not inlined: its loop is long, and many ask.
-    #[inline(never)]
+    /// The values at places; [`NOTHING`] outside all cells.
+    #[inline(always)]
     pub(super) fn value<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let mut found = all(simd, NOTHING);
-                self.each(
-                    simd,
-                    (place, Mask::splat(simd, true)),
-                    #[inline(always)]
-                    |solid, within, unit| {
-                        let value = match self.solids[solid as usize] {
-                            Solid::Straight(i) => self.straight[i as usize].value(simd, unit),
-                            Solid::Bent(i) => self.bent[i as usize].value(simd, unit),
-                            Solid::Nothing => found,
-                        };
-                        found = choose(within, value, found);
-                    },
-                );
-                found
-            },
-        )
+        self.here(simd, (place, Mask::splat(simd, true)), Growths::None).value
     }
 
-    /// The values at places that count, and their growth per index, as recovered at the points, where that is asked for; as
-    /// [`Self::value`] and [`Self::gradient`] say, by one search.
+    /// The values at places that count, [`NOTHING`] outside all cells; and their growth per index, where that is asked for. Not
+    /// inlined: its loop is long, and many ask.
     #[inline(never)]
-    pub(super) fn here<S: Simd>(&self, simd: S, of: (Vec3<S>, Mask<S>), is_lit: bool) -> Here<S> {
-        let growths = if is_lit { self.growths() } else { &[] };
+    pub(super) fn here<S: Simd>(
+        &self,
+        simd: S,
+        of: (Vec3<S>, Mask<S>),
+        growths: Growths<'_>,
+    ) -> Here<S> {
         simd.vectorize(
             #[inline(always)]
             || {
                 let mut value = all(simd, NOTHING);
-                let mut growth = Vec3::splat(simd, [0.0; 3]);
+                let mut growth = growths.are_asked_for().then(|| Vec3::splat(simd, [0.0; 3]));
                 self.each(
                     simd,
                     of,
@@ -370,13 +405,13 @@ impl Solids {
                             Solid::Nothing => value,
                         };
                         value = choose(within, own, value);
-                        if is_lit {
+                        if let Some(growth) = &mut growth {
                             let own = self.growth_in(simd, growths, solid, unit);
-                            growth = Vec3::choose(within, own, growth);
+                            *growth = Vec3::choose(within, own, *growth);
                         }
                     },
                 );
-                Here { value, growth: is_lit.then_some(growth) }
+                Here { value, growth }
             },
         )
     }
@@ -404,10 +439,11 @@ impl Solids {
         )
     }
 
-    /// The values' growth per index at places, as recovered at the points; 0 outside all cells.
+    /// The values' growth per index at places, or what light takes for it; 0 outside all cells. Not inlined, as
+    /// [`Self::here`].
     #[inline(never)]
-    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
-        let growths = self.growths();
+    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>, for_light: bool) -> Vec3<S> {
+        let growths = self.growths(for_light);
         simd.vectorize(
             #[inline(always)]
             || {
@@ -426,23 +462,102 @@ impl Solids {
         )
     }
 
-    /// Growth at places of a solid, of what grows by `growths` at the points.
+    /// Growth at places of a solid; 0 where none is asked for.
     #[inline(always)]
     pub(super) fn growth_in<S: Simd>(
         &self,
         simd: S,
-        growths: &[[f32; 3]],
+        growths: Growths<'_>,
         solid: u32,
         unit: Vec3<S>,
     ) -> Vec3<S> {
-        let kind = self.field.cells().solids()[solid as usize].kind();
-        let weights = weights(simd, kind, clamped(simd, unit));
-        let mut sum = Vec3::splat(simd, [0.0; 3]);
-        for (corner, weight) in self.corners(solid).iter().zip(weights) {
-            let growth = Vec3::splat(simd, growths[*corner as usize]);
-            sum = sum.at(growth, weight);
+        let own = &self.field.cells().solids()[solid as usize];
+        let unit = clamped(simd, unit);
+        let weights = || weights(simd, own.kind(), unit);
+        match growths {
+            Growths::None => Vec3::splat(simd, [0.0; 3]),
+            Growths::Own(growths) => {
+                let mut sum = Vec3::splat(simd, [0.0; 3]);
+                for (corner, weight) in own.corners().iter().zip(weights()) {
+                    sum = sum.at(Vec3::splat(simd, growths[*corner as usize]), weight);
+                }
+                sum
+            }
+            Growths::ForLight(lit) => {
+                let weights = weights();
+                match lit.faces_of(solid) {
+                    [] => lit.growth(simd, own.corners(), &weights),
+                    [face] => lit.growth(simd, &face.corners, &weights),
+                    faces => lit.growth_by_nearest(simd, faces, (unit, &weights)),
+                }
+            }
         }
-        sum
+    }
+}
+
+impl Growths<'_> {
+    /// Whether there are any.
+    pub(super) fn are_asked_for(self) -> bool {
+        !matches!(self, Self::None)
+    }
+}
+
+impl Lit {
+    fn faces_of(&self, solid: u32) -> &[LitFace] {
+        let [begin, end] = [solid, solid + 1].map(|i| self.starts[i as usize] as usize);
+        &self.faces[begin..end]
+    }
+
+    /// Of corners with weights: those beyond a solid's own have none.
+    #[inline(always)]
+    fn growth<S: Simd>(&self, simd: S, corners: &[u32], weights: &[Lanes<S>; 8]) -> Vec3<S> {
+        let mut sums = [Vec3::splat(simd, [0.0; 3]); 2];
+        let mut is_border = false;
+        for (corner, weight) in corners.iter().zip(weights) {
+            let [x, y, z, on_border] = self.normals[*corner as usize];
+            let sum = usize::from(on_border > 0.0);
+            is_border |= on_border > 0.0;
+            sums[sum] = sums[sum].at(Vec3::splat(simd, [x, y, z]), *weight);
+        }
+        let [inside, border] = sums;
+        if !is_border {
+            return inside;
+        }
+        // A surface and its back are lit alike.
+        let is_turned = border.dot(inside).simd_lt(all(simd, 0.0));
+        border.at(inside, choose(is_turned, all(simd, -1.0), all(simd, 1.0)))
+    }
+
+    /// Of several outer faces of a solid, by the one that is nearest to each place.
+    #[inline(always)]
+    fn growth_by_nearest<S: Simd>(
+        &self,
+        simd: S,
+        faces: &[LitFace],
+        (unit, weights): (Vec3<S>, &[Lanes<S>; 8]),
+    ) -> Vec3<S> {
+        let height = |face: &LitFace| {
+            let [one, r, s, t] = face.height;
+            Vec3::splat(simd, [r, s, t]).dot(unit) + one
+        };
+        let mut least = all(simd, 2.0);
+        let mut found = Vec3::splat(simd, [0.0; 3]);
+        for face in faces {
+            let height = height(face);
+            let is_nearest = height.simd_lt(least);
+            if any(is_nearest) {
+                let own = self.growth(simd, &face.corners, weights);
+                found = Vec3::choose(is_nearest, own, found);
+                least = least.min(height);
+            }
+        }
+        found
+    }
+
+    fn size_bytes(&self) -> usize {
+        size_of_val(&self.normals[..])
+            + size_of_val(&self.faces[..])
+            + size_of_val(&self.starts[..])
     }
 }
 

@@ -308,6 +308,40 @@ fn values_of_cells_and_their_growth_are_those_of_float64_and_lie_in_their_bounds
     }
 }
 
+#[test]
+fn light_has_the_border_of_cells_as_float64_has_it() {
+    let volume = volume_of_cells([16, 21, 18], On::Points);
+    let field = volume.cells.as_ref().expect("it has some");
+    let lattice = lattice(&volume, Kernel::Cells);
+    let own = lattice.own.as_ref().expect("cells");
+    let lit = field.shading_normals(&Ticket::new()).expect("not cancelled");
+    let strength = lit.normals().iter().map(|normal| normal.growth.length()).fold(0.0, f64::max);
+    let (mut several, mut off_the_field, mut count) = (0, 0, 0);
+    for i in 0..20_000_u32 {
+        let part = |k: u32| f64::from(i.wrapping_mul(k) % 9973) / 9973.0;
+        let place = DVec3::new(part(389) * 15.0, part(211) * 20.0, part(677) * 17.0);
+        let world = volume.lattice.world_from_index(place);
+        let holds = |solid: &usize| {
+            field.is_there(*solid) && field.cells().placed(*solid).unit_from(world).is_some()
+        };
+        let Some(solid) = (0..27).find(holds) else { continue };
+        let unit = field.cells().placed(solid).unit_from(world).expect("it holds it");
+        let at = (solid, &field.cells().solids()[solid]);
+        let expected = volume.lattice.axes().transpose() * lit.growth(at, unit);
+        let found = dispatch!(fearless_simd::Level::new(), simd => {
+            let [x, y, z] = place.as_vec3().to_array();
+            own.gradient(simd, Vec3::splat(simd, [x, y, z]), true).lane(3)
+        });
+        let off = (DVec3::from(found.map(f64::from)) - expected).length();
+        // Where two outer faces are as near single precision may choose the other.
+        count += 1;
+        several += usize::from(lit.faces_of(solid).len() > 1);
+        off_the_field += usize::from(off > 1e-3 * strength);
+    }
+    assert!(count > 5000 && several > 1000, "{count} {several}");
+    assert!(off_the_field < count / 500, "{off_the_field} of {count}");
+}
+
 /// Of another than the natural width: coefficients weighed by h((x − i)/s) / Σ h((x − i)/s), axis by axis.
 #[test]
 fn narrow_splines_and_tents_of_any_width_are_weighed_as_they_are_defined() {

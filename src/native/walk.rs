@@ -14,6 +14,7 @@ use super::own::{Found, Own, OwnAlong, OwnLanded};
 use super::passing::{EVERY_SLAB, Kept, Passing, Sum};
 use super::polygons::{Fragments, Polygons};
 use super::rays::{Packet, Rays, TILE};
+use super::solids::Growths;
 use super::sums::{Asked, Sums};
 use super::surfaces::{Ahead, Surfaces};
 use super::table::{Halves, Table};
@@ -182,8 +183,11 @@ impl Scene<'_> {
                 if method == Method::Cells =>
             {
                 let lit = self.light.filter(|_| W::MORE);
-                let is_lit = lit.is_some_and(|light| light.is_of_slabs && light.uses_gradient);
-                let asked = (asked, is_lit);
+                let growths = match lit.filter(|light| light.is_of_slabs && light.uses_gradient) {
+                    Some(light) => cells.growths(light.is_of_borders),
+                    None => Growths::None,
+                };
+                let asked = (asked, growths);
                 Some(OwnAlong::Cells(AlongSolids::new(
                     simd,
                     (cells, landed),
@@ -319,7 +323,7 @@ impl Scene<'_> {
                 let are_there = near.is_there & far.is_there;
                 if method.is_own() {
                     // Nearer to the eye, whatever comes first.
-                    let of = (*lattice, *table, packet, (method, is_shaded));
+                    let of = (*lattice, *table, packet, (method, self.light.filter(|_| is_shaded)));
                     match back {
                         true => trim(simd, of, [&mut far, &mut near]),
                         false => trim(simd, of, [&mut near, &mut far]),
@@ -606,6 +610,9 @@ pub(super) fn write_block<S: Simd>(block: u32, sum: Look<S>, share: f32, out: &m
     }
 }
 
+/// What the faces of slabs are trimmed by: a field, its table, rays, a method, and what shades by the gradient.
+type Trims<'a, S> = (&'a Lattice, &'a Table, &'a Packet<S>, (Method, Option<&'a Light>));
+
 /// What a face of a slab is known to have.
 #[derive(Clone, Copy)]
 struct Face<S: Simd> {
@@ -626,7 +633,7 @@ struct Face<S: Simd> {
 #[inline(always)]
 fn trim<S: Simd>(
     simd: S,
-    (lattice, table, packet, (method, is_shaded)): (&Lattice, &Table, &Packet<S>, (Method, bool)),
+    (lattice, table, packet, (method, shader)): Trims<'_, S>,
     [near, far]: [&mut Face<S>; 2],
 ) {
     let (begins, ends) = (!near.is_there, !far.is_there);
@@ -637,7 +644,7 @@ fn trim<S: Simd>(
     let is_within = nearest.simd_ge(near.t) & farthest.simd_le(far.t) & nearest.simd_le(farthest);
     let (begins, ends) = (begins & is_within, ends & is_within);
     // What is there grows as the other face does; between two that are not there, as in the middle.
-    if is_shaded {
+    if shader.is_some() {
         for face in [&mut *near, &mut *far] {
             face.growth(simd, (lattice, method, &None), packet);
         }
@@ -647,7 +654,11 @@ fn trim<S: Simd>(
     if let (Some(of_near), Some(of_far)) = (&mut known.0, &mut known.1)
         && any(is_thin)
     {
-        let middle = lattice.gradient(simd, method, packet.at((nearest + farthest) * 0.5));
+        let middle = packet.at((nearest + farthest) * 0.5);
+        let middle = match (&lattice.own, shader) {
+            (Some(own), Some(shader)) => own.gradient(simd, middle, shader.is_of_borders),
+            _ => lattice.gradient(simd, method, middle),
+        };
         for growth in [of_near, of_far] {
             *growth = Vec3::choose(is_thin, middle, *growth);
         }

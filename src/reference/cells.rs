@@ -151,6 +151,15 @@ impl Cells {
         self.lattice.axes().transpose() * world
     }
 
+    /// What light takes for it: see [`ShadingNormals`](crate::cells::ShadingNormals).
+    pub(super) fn growth_for_light(&self, place: DVec3) -> DVec3 {
+        let Some((own, unit)) = self.find(place) else { return DVec3::ZERO };
+        // Nobody cancels a fresh ticket.
+        let Ok(lit) = self.field.shading_normals(&Ticket::new()) else { return DVec3::ZERO };
+        let growth = lit.growth((own, &self.field.cells().solids()[own]), unit);
+        self.lattice.axes().transpose() * growth
+    }
+
     /// Where a part of a ray passes the faces of cells, and some places beside them, in no order.
     pub(super) fn crossings(&self, line: &Line, [a, b]: [f64; 2]) -> Vec<f64> {
         let mut found = Vec::new();

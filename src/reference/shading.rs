@@ -64,7 +64,12 @@ impl RayShader<'_> {
         places: &[f64],
     ) -> Density {
         let Some(shader) = self.shader.filter(|_| density[0] > 0.0) else { return density };
-        let sum: DVec3 = places.iter().map(|&t| gradient(self.field, self.index.at(t))).sum();
+        let of_borders = shader.shading.lights_borders();
+        let growth = |place: DVec3| match &self.field.cells {
+            Some(cells) if of_borders => cells.growth_for_light(place),
+            _ => gradient(self.field, place),
+        };
+        let sum: DVec3 = places.iter().map(|&t| growth(self.index.at(t))).sum();
         let seen = Seen {
             value,
             gradient: sum / places.len() as f64,

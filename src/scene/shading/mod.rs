@@ -13,6 +13,9 @@
 //! they are samples, with that of the samples beside them: central differences, one-sided at the borders
 //! and beside samples without data. V and the depth in the view are those of the sample's own place.
 //!
+//! Where cells end, lights fall on their border rather than on the gradient behind it ([`crate::cells::ShadingNormals`],
+//! [`Shading::lights_borders`]).
+//!
 //! Each of the four tables may be indexed by any [`Index`]; the transfer function is those of opacity
 //! and reflection by value.
 
@@ -318,6 +321,14 @@ impl Shading {
         !self.painted().is_empty()
             || self.lighting.as_ref().is_some_and(Lighting::uses_lights)
             || self.indices().any(Index::is_of_gradient)
+    }
+
+    /// Whether cells are lit as their border is turned where they end: where only lights ask for the gradient. Tables and
+    /// regions look up how the field itself grows, and are lit by that.
+    pub fn lights_borders(&self) -> bool {
+        self.lighting.as_ref().is_some_and(Lighting::uses_lights)
+            && self.painted().is_empty()
+            && !self.indices().any(Index::is_of_gradient)
     }
 
     /// What it asks for.

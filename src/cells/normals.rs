@@ -1,0 +1,209 @@
+//! What light takes for the growth of a field on cells: where these end they are seen as a surface, which is lit as it is
+//! turned, not as values grow behind it.
+
+use glam::DVec3;
+
+use super::{CellField, Cells, Face, Solid};
+use crate::core::progress::{Cancelled, Ticket};
+
+/// Faces that are turned to each other by less than this are parts of one smooth surface, as triangles of polygons are.
+const SOFT_DEGREES: f64 = 30.0;
+/// Faces about a point of which each is compared with all: beyond, they are flat there.
+const MOST_ABOUT: usize = 256;
+/// Points that are looked at between two looks at the ticket.
+const A_PART: usize = 1 << 12;
+
+/// What light takes for the field's growth at a corner of a solid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShadingNormal {
+    /// Growth per unit of the world, as recovered; on the border into the cells, as strong as the field grows anywhere.
+    pub growth: DVec3,
+    /// Whether the corner lies on an outer face.
+    pub is_on_border: bool,
+}
+
+/// The corners of a solid as light has them beside one of its outer faces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LitFace {
+    /// Its number in [`Kind::faces`](super::Kind::faces).
+    pub number: u8,
+    /// Numbers of normals, one for each corner of the solid.
+    pub corners: [u32; 8],
+}
+
+/// Light's growth at a place (r, s, t) of a solid, with the shape functions φᵢ of its corners: N = Σ φᵢ nᵢ of those on the
+/// border and G = Σ φᵢ gᵢ of the others make N + G or N − G, whichever is longer, as a surface and its back are lit alike. So
+/// the outermost layer of cells is lit as the border before it, and what lies deeper as the field grows. A solid with outer
+/// faces has the corners of the one that is nearest to the place ([`Kind::heights`](super::Kind::heights)): edges between
+/// two are sharp. Others have those of the points.
+#[derive(Debug, Clone)]
+pub struct ShadingNormals {
+    /// Of each point, then those that points have beside one face alone.
+    normals: Vec<ShadingNormal>,
+    faces: Vec<LitFace>,
+    /// Where the faces of each solid begin, and the last ones end.
+    starts: Vec<u32>,
+}
+
+impl ShadingNormals {
+    /// By their numbers: those of the points come first.
+    pub fn normals(&self) -> &[ShadingNormal] {
+        &self.normals
+    }
+
+    /// All outer faces, by their solids' numbers.
+    pub fn faces(&self) -> &[LitFace] {
+        &self.faces
+    }
+
+    /// Where the faces of each solid begin among them, and the last ones end.
+    pub fn starts(&self) -> &[u32] {
+        &self.starts
+    }
+
+    /// The outer faces of a solid.
+    pub fn faces_of(&self, solid: usize) -> &[LitFace] {
+        &self.faces[self.starts[solid] as usize..self.starts[solid + 1] as usize]
+    }
+
+    /// What light takes for the growth per unit of the world, at (r, s, t) of a solid and its number.
+    pub fn growth(&self, (number, solid): (usize, &Solid), unit: DVec3) -> DVec3 {
+        let height = |face: &LitFace| {
+            let [one, r, s, t] = solid.kind().heights()[usize::from(face.number)].map(f64::from);
+            one + DVec3::new(r, s, t).dot(unit)
+        };
+        let faces = self.faces_of(number).iter();
+        let nearest = faces.min_by(|a, b| height(a).total_cmp(&height(b)));
+        let corners = nearest.map_or(solid.corners(), |face| &face.corners);
+        let [mut inside, mut border] = [DVec3::ZERO; 2];
+        for (corner, weight) in corners.iter().zip(solid.kind().weights(unit)) {
+            let normal = self.normals[*corner as usize];
+            let sum = if normal.is_on_border { &mut border } else { &mut inside };
+            *sum += normal.growth * weight;
+        }
+        if border.dot(inside) < 0.0 { border - inside } else { border + inside }
+    }
+
+    /// Of a field whose points grow by `growths`.
+    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
+    pub(super) fn new(
+        field: &CellField,
+        growths: &[DVec3],
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let cells = field.cells();
+        let outer = cells.surface(|solid| field.is_there(solid));
+        let normals =
+            growths.iter().map(|growth| ShadingNormal { growth: *growth, is_on_border: false });
+        let mut made = Self {
+            normals: normals.collect(),
+            faces: Vec::with_capacity(outer.len()),
+            starts: Vec::with_capacity(cells.solids().len() + 1),
+        };
+        let strength = growths.iter().map(|growth| growth.length()).filter(|l| l.is_finite());
+        let strength = strength.fold(0.0, f64::max);
+        let strength = if strength > 0.0 { strength } else { 1.0 };
+        let areas: Vec<DVec3> = outer.iter().map(|face| area_of(cells, face)).collect();
+        // Numbers of points, and of the faces about them.
+        let mut about: Vec<(u32, u32)> = Vec::new();
+        for (face, number) in outer.iter().zip(0..) {
+            let [.., c, d] = face.corners;
+            let corners = &face.corners[..if c == d { 3 } else { 4 }];
+            about.extend(corners.iter().map(|corner| (*corner, number)));
+        }
+        about.sort_unstable();
+        let on_border = |outwards: DVec3| ShadingNormal {
+            growth: -outwards.normalize_or_zero() * strength,
+            is_on_border: true,
+        };
+        for own in about.chunk_by(|a, b| a.0 == b.0) {
+            let sum = own.iter().map(|(_, face)| areas[*face as usize]).sum();
+            made.normals[own[0].0 as usize] = on_border(sum);
+        }
+        // Corners that do not lie on a face, but on another one, are as it is where it is the nearest.
+        for (face, area) in outer.iter().zip(&areas) {
+            let solid = &cells.solids()[face.solid as usize];
+            let flat = made.normals.len() as u32;
+            made.normals.push(on_border(*area));
+            let mut corners = [0; 8];
+            for (to, corner) in corners.iter_mut().zip(solid.corners()) {
+                let is_on_border = made.normals[*corner as usize].is_on_border;
+                *to = if is_on_border { flat } else { *corner };
+            }
+            made.faces.push(LitFace { number: face.number, corners });
+        }
+        for (i, own) in about.chunk_by(|a, b| a.0 == b.0).enumerate() {
+            if i.is_multiple_of(A_PART) && ticket.is_cancelled() {
+                return Err(Cancelled);
+            }
+            if own.len() <= MOST_ABOUT {
+                made.soften(cells, (&outer, &areas), own, on_border);
+            }
+        }
+        let mut at = 0;
+        for solid in 0..cells.solids().len() {
+            made.starts.push(at as u32);
+            while outer.get(at).is_some_and(|face| face.solid as usize == solid) {
+                at += 1;
+            }
+        }
+        made.starts.push(at as u32);
+        Ok(made)
+    }
+
+    /// Gives the faces about a point the mean of those that they are hardly turned to.
+    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
+    fn soften(
+        &mut self,
+        cells: &Cells,
+        (outer, areas): (&[Face], &[DVec3]),
+        own: &[(u32, u32)],
+        on_border: impl Fn(DVec3) -> ShadingNormal,
+    ) {
+        let least = SOFT_DEGREES.to_radians().cos();
+        let (point, first) = (own[0].0, self.normals.len());
+        for (_, face) in own {
+            let area = areas[*face as usize];
+            let are_alike = |other: &DVec3| {
+                let size = other.length() * area.length();
+                size > 0.0 && other.dot(area) > least * size
+            };
+            let others = own.iter().map(|(_, other)| areas[*other as usize]);
+            let normal = on_border(others.filter(are_alike).sum());
+            if normal.growth == DVec3::ZERO {
+                continue;
+            }
+            // Most have the same: that of the point.
+            let number = if self.normals[point as usize] == normal {
+                point as usize
+            } else {
+                match self.normals[first..].iter().position(|known| *known == normal) {
+                    Some(at) => first + at,
+                    None => {
+                        self.normals.push(normal);
+                        self.normals.len() - 1
+                    }
+                }
+            };
+            let solid = &cells.solids()[outer[*face as usize].solid as usize];
+            let lit = &mut self.faces[*face as usize];
+            for (to, corner) in lit.corners.iter_mut().zip(solid.corners()) {
+                if *corner == point {
+                    *to = number as u32;
+                }
+            }
+        }
+    }
+}
+
+/// A face's area, out of its solid.
+fn area_of(cells: &Cells, face: &Face) -> DVec3 {
+    let points = cells.points();
+    let [a, b, c, d] = face.corners.map(|corner| points[corner as usize]);
+    // Half of what the diagonals span; of a triangle its own.
+    let area = (c - a).cross(d - b) / 2.0;
+    let area = if face.corners[2] == face.corners[3] { (b - a).cross(c - a) / 2.0 } else { area };
+    let solid = cells.placed(face.solid as usize);
+    let outwards = (a + b + c + d) / 4.0 - solid.at(solid.kind().middle()).0;
+    if area.dot(outwards) < 0.0 { -area } else { area }
+}
