@@ -89,6 +89,7 @@ fn pieces_are_joined_and_polyhedra_are_solid() {
     assert_eq!(cells.solids().last().unwrap().corners(), [4, 5, 6, 7], "moved on by four");
     let told = describe(&both, &Ticket::new()).unwrap().cells.unwrap();
     assert!((told.total_volume - 1.0 / 3.0).abs() < 1e-12, "{told:?}");
+    assert!(told.to_string().contains("1 polyhedron"), "{told}");
     assert_eq!((told.inverted_cells, told.split_cells), (0, 1));
 }
 
