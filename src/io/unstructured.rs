@@ -18,6 +18,7 @@ pub(super) use told::{EMBED_THEM, THINNER_THAN_A_PIXEL, holds_colours, in_short,
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
 pub(super) mod kind {
+    pub(in super::super) const EMPTY: u8 = 0;
     pub(in super::super) const VERTEX: u8 = 1;
     pub(in super::super) const POLY_VERTEX: u8 = 2;
     pub(in super::super) const LINE: u8 = 3;
@@ -516,6 +517,7 @@ pub(super) fn grid(
     // What lies on no cell is no field.
     fields.retain(|field| !field.samples.is_empty());
     told::tell_apart(&mut fields, warnings);
+    warnings.extend(told::empty_cells(&listing.types));
     warnings.extend(told::flat_cells(&listing.types));
     warnings.extend(told::straightened(&listing, &fields));
     let have_extent = listing.types.iter().any(|kind| has_extent(*kind));

@@ -298,6 +298,29 @@ fn cells_that_lack_something_say_what() {
 }
 
 #[test]
+fn cells_that_are_said_to_be_nothing_are_counted() {
+    let kinds = |kinds: &str| {
+        let count = kinds.split_whitespace().count();
+        let cells = "4 0 1 2 3\n".repeat(count);
+        let old = "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10";
+        assert!(TETRAHEDRON.contains(old));
+        let new = format!("CELLS {count} {}\n{cells}CELL_TYPES {count}\n{kinds}", 5 * count);
+        let found = made("a.vtk", TETRAHEDRON.replace(old, &new));
+        let told = describe(&found, &Ticket::new()).unwrap().cells.unwrap().to_string();
+        (found.warnings.join("; "), told)
+    };
+    let (said, told) = kinds("10 0 0");
+    assert!(said.contains("2 cells are empty (VTK's type 0): left out"), "{said}");
+    assert!(told.contains("2 empty cells, 1 tetrahedron"), "{told}");
+    let (said, told) = kinds("0 10");
+    assert!(said.contains("1 cell is empty") && told.contains("1 empty cell,"), "{said} {told}");
+    let (said, _) = kinds("10 10");
+    assert!(!said.contains("empty"), "{said}");
+    let said = made("a.vtu", vtu(0, CORNERS, "0 1 2 3")).warnings.join("; ");
+    assert!(said.contains("1 cell is empty"), "{said}");
+}
+
+#[test]
 fn cells_thinner_than_a_pixel_are_told() {
     let said = |places: &str| made("a.vtu", vtu(10, places, "0 1 2 3")).warnings.join("; ");
     let needle = said("0 0 0 1e9 0 0 0 1e-3 0 0 0 1e-3");
