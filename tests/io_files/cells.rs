@@ -136,21 +136,31 @@ fn polyhedra_are_the_same_however_their_faces_are_written() {
 fn pieces_in_several_files_share_the_memory_that_is_free() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("all.pvtu");
-    std::fs::copy(data("two.vtu"), folder.path().join("a.vtu")).unwrap();
-    let piece = "<Piece Source=\"a.vtu\"/>";
-    let with = |count: usize| {
+    for piece in 0..40 {
+        std::fs::copy(data("two.vtu"), folder.path().join(format!("{piece}.vtu"))).unwrap();
+    }
+    let of = |names: &[String]| {
+        let piece = |name: &String| format!("<Piece Source=\"{name}\"/>");
         let text = format!(
             "<VTKFile type=\"PUnstructuredGrid\" byte_order=\"LittleEndian\"><PUnstructuredGrid>{}\
              </PUnstructuredGrid></VTKFile>",
-            piece.repeat(count)
+            names.iter().map(piece).collect::<String>()
         );
         std::fs::write(&path, text).unwrap();
         let options = OpenOptions { memory_limit_bytes: Some(20_000), ..OpenOptions::default() };
         open(&path, &options, &Ticket::new())
     };
+    let with = |count: usize| of(&(0..count).map(|n| format!("{n}.vtu")).collect::<Vec<_>>());
     assert_eq!(cells_of(&with(3).unwrap()).own_cells(), 6);
     let error = with(40).unwrap_err().to_string();
     assert!(error.contains("fit in memory"), "{error}");
+    // The same file again is refused before any is read.
+    for twins in [["0.vtu", "1.vtu", "0.vtu"], ["gone.vtu", "0.vtu", "./0.vtu"]] {
+        let error = of(&twins.map(str::to_owned)).unwrap_err().to_string();
+        let words =
+            format!("expected a file of its own for every piece, found the piece {:?}", twins[2]);
+        assert!(error.starts_with(&words), "{error}");
+    }
 }
 
 #[test]
