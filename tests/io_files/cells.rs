@@ -308,6 +308,29 @@ fn cells_that_lack_something_say_what() {
 }
 
 #[test]
+fn arrays_of_unknown_types_are_told_with_those_that_are_read() {
+    let of = |name: &str| {
+        let (before, after) = vtu(10, CORNERS, "0 1 2 3")
+            .split_once(&format!("\" Name=\"{name}\""))
+            .map(|(before, after)| (before.to_owned(), after.to_owned()))
+            .expect("an array of that name");
+        let (before, _) = before.rsplit_once("type=\"").expect("its type");
+        format!("{before}type=\"Quaternion\" Name=\"{name}\"{after}")
+    };
+    let said = made("a.vtu", of("f")).warnings.join("; ");
+    assert!(
+        said.contains("\"f\" of type \"Quaternion\" is ignored")
+            && said.contains("types Int8, UInt8,")
+            && said.contains("Float32 or Float64"),
+        "{said}"
+    );
+    for name in ["p", "connectivity", "types"] {
+        let array = format!("array \"{name}\" that is Int8,");
+        says("a.vtu", of(name), &[&array, "Float64, found \"Quaternion\""]);
+    }
+}
+
+#[test]
 fn cells_that_are_said_to_be_nothing_are_counted() {
     let kinds = |kinds: &str| {
         let count = kinds.split_whitespace().count();
