@@ -668,6 +668,66 @@ fn a_thousand_million_promised_cells_are_refused_before_they_are_allocated() {
     assert!(LARGEST.load(Ordering::Relaxed) < 64 << 20, "nothing of that size was asked for");
 }
 
+/// A point at no place took the whole grid away.
+#[test]
+fn curvilinear_grids_are_without_the_cells_at_points_that_lie_nowhere() {
+    let place = |i: usize| format!("{} {} {}", i % 3, i / 3 % 2, i / 6);
+    let places = |nowhere: &[usize]| -> String {
+        let place = |i| if nowhere.contains(&i) { "0 nan 0".to_owned() } else { place(i) };
+        (0..12).map(place).collect::<Vec<_>>().join("\n")
+    };
+    let heat: Vec<String> = (0..12).map(|i| i.to_string()).collect();
+    let legacy = |nowhere: &[usize]| {
+        format!(
+            "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS 3 2 2\nPOINTS 12 double\n{}\n\
+             POINT_DATA 12\nSCALARS heat double 1\nLOOKUP_TABLE default\n{}\n",
+            places(nowhere),
+            heat.join(" ")
+        )
+    };
+    let xml = |nowhere: &[usize]| {
+        format!(
+            "<VTKFile type=\"StructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\"><StructuredGrid \
+             WholeExtent=\"0 2 0 1 0 1\"><Piece Extent=\"0 2 0 1 0 1\"><PointData><DataArray type=\"Float64\" \
+             Name=\"heat\" format=\"ascii\">{}</DataArray></PointData><Points><DataArray type=\"Float64\" Name=\"p\" \
+             NumberOfComponents=\"3\" format=\"ascii\">{}</DataArray></Points></Piece></StructuredGrid></VTKFile>",
+            heat.join(" "),
+            places(nowhere)
+        )
+    };
+    let plot3d = |nowhere: &[usize]| {
+        let text = std::fs::read_to_string(data("single.x")).unwrap();
+        let mut words: Vec<&str> = text.split_whitespace().collect();
+        for point in nowhere {
+            // Behind three sizes.
+            words[3 + point] = "nan";
+        }
+        words.join(" ")
+    };
+    let texts = |nowhere: &[usize]| {
+        [("a.vtk", legacy(nowhere)), ("a.vts", xml(nowhere)), ("a.x", plot3d(nowhere))]
+    };
+    for (name, text) in texts(&[]) {
+        let whole = made(name, text);
+        assert!(matches!(whole.grid.shape, Shape::Curvilinear(_)), "{name}");
+    }
+    // A corner of the first of two cells.
+    for (name, text) in texts(&[3]) {
+        let holed = made(name, text);
+        let cells = cells_of(&holed);
+        assert_eq!((cells.own_points(), cells.own_cells()), (12, 2), "{name}");
+        assert_eq!((cells.solids().len(), cells.sources()), (1, &[1][..]), "{name}");
+        let said = holed.warnings.join("; ");
+        assert!(said.contains("1 cell with corners that lie nowhere"), "{name}: {said}");
+        let field = &holed.grid.fields[0];
+        let drawn = holed.grid.scalar(field, Component::Index(0), &Ticket::new());
+        assert!(drawn.unwrap_or_else(|error| panic!("{name}: {error}")).cells.is_some());
+    }
+    for (name, text) in texts(&(0..12).collect::<Vec<usize>>()) {
+        says(name, text, &["at least one point at a finite place", "12 points"]);
+    }
+}
+
 #[test]
 fn files_of_nothing_of_one_and_of_nowhere() {
     let only_points = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET POLYDATA\n\
