@@ -427,6 +427,35 @@ fn tables_take_places_by_name_and_keep_other_columns() {
 }
 
 #[test]
+fn molecules_are_points_with_their_elements() {
+    let water =
+        made("a.xyz", "3\n# water\nO 0.0 0.0 0.117\nH 0.0 0.757 -0.469\nH 0.0 -0.757 -0.469\n");
+    assert_eq!((water.format, water.warnings.join("; ")), (Format::Table, String::new()));
+    assert_eq!(cells_of(&water).points()[1].to_array(), [0.0, 0.757, -0.469]);
+    let [field] = &water.grid.fields[..] else { panic!("{:?}", water.grid.fields) };
+    assert_eq!((field.name.as_str(), values(field)), ("element", vec![8.0, 1.0, 1.0]));
+    assert_eq!(water.grid.unit.as_deref(), Some("Å"));
+    let told = describe(&water, &Ticket::new()).unwrap().to_string();
+    assert!(told.contains("1 is H") && told.contains("8 is O"), "{told}");
+    let drawn = water.grid.scalar(field, Component::Index(0), &Ticket::new());
+    assert!(drawn.is_ok(), "{:?}", drawn.err());
+    // Steps in time, and charges.
+    let step = "2\n\nC 0 0 0 0.5\nN 1.1 0 0 -0.5\n";
+    let steps = made("a.xyz", step.repeat(3));
+    assert_eq!(cells_of(&steps).own_points(), 2);
+    let said = steps.warnings.join("; ");
+    assert!(said.contains("2 more molecules follow the first: left out"), "{said}");
+    assert!(said.contains("1 column behind the atoms' places is left out"), "{said}");
+    let said = made("a.xyz", format!("{step}\nthe end\n")).warnings.join("; ");
+    assert!(said.contains("1 line follows the 2 atoms: left out"), "{said}");
+    says("a.xyz", "3\nwater\nO 0 0 0\nH 0 1 0\n", &["3 atoms", "found 2"]);
+    says("a.xyz", "2\n\nO 0 0 0\nWater 0 1 0\n", &["on line 4", "\"Water 0 1 0\""]);
+    // Places alone are a table.
+    let plain = made("a.xyz", "1 2 3\n4 5 6\n");
+    assert_eq!((cells_of(&plain).own_points(), plain.grid.label_names.len()), (2, 0));
+}
+
+#[test]
 fn headers_of_tables_are_read_as_programs_write_them() {
     let names_of = |text: &str| {
         let table = made("a.csv", text);
