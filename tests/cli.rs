@@ -328,6 +328,59 @@ fn a_probe_finds_the_face_of_a_ramp_and_says_where_there_is_nothing() {
 }
 
 #[test]
+fn a_probe_tells_the_field_at_a_place_and_where_there_is_none() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ramp: Vec<u8> = (0..12 * 12 * 12).map(|i| (i % 12 * 10) as u8).collect();
+    let path = written(folder.path(), "ramp.nrrd", &nrrd("uint8", "12 12 12", &ramp));
+    let name = path.to_str().expect("UTF-8");
+    let probe = |more: &[&str]| {
+        voxsplat(&[&["probe", name, "--opacity", "60:0,60:0.9"][..], more].concat())
+    };
+    let told = |place: &str| -> Value {
+        let output = probe(&["--point", place, "--json"]);
+        assert_eq!(errors(&output), "");
+        serde_json::from_slice(&output.stdout).expect("JSON")
+    };
+    let near = |found: &Value, expected: f64| {
+        found.as_f64().is_some_and(|found| (found - expected).abs() < 0.02)
+    };
+    for (place, value, opacity) in [("6.5,5,4", 65.0, 0.9), ("5,5,4.5", 50.0, 0.0)] {
+        let found = told(place);
+        let point = &found["point"];
+        assert!(near(&point["value"], value) && near(&point["opacity"], opacity), "{found}");
+        assert!(near(&point["gradient"][0], 10.0) && point["met"] == "asked", "{found}");
+        assert!(found.get("at").is_none() && found["share"].is_null(), "{found}");
+    }
+    let text = String::from_utf8(probe(&["--point", "6.5,5,4"]).stdout).expect("UTF-8");
+    assert!(text.contains("World (x y z)     6.500000 5.000000 4.000000"), "{text}");
+    assert!(text.contains("Value             6") && !text.contains("Seen"), "{text}");
+    let outside = probe(&["--point", "6.5,5,-40"]);
+    let words = &["x -0.5 to 11.5, y -0.5 to 11.5, z -0.5 to 11.5", "found 6.5,5,-40"];
+    assert_eq!(fault(&outside, 1, words, Some(&path)), None);
+    let neither = ["--at X,Y or a place with --point X,Y,Z", "found neither"];
+    assert_eq!(fault(&probe(&[]), 2, &neither, None), None);
+    let both = probe(&["--point", "6,5,4", "--at", "20,15"]);
+    assert_eq!(fault(&both, 2, &["found both"], None), None);
+    assert_eq!(probe(&["--point", "6,5,4", "--share", "0.5"]).status.code(), Some(2));
+}
+
+/// Within the ring, in its hole, and beside it.
+#[test]
+fn a_probe_tells_the_cell_of_a_place() {
+    let probe = |place: &str| voxsplat(&["probe", "demo:mesh:4", "--point", place, "--json"]);
+    let output = probe("0.7,0.05,0.03");
+    assert_eq!(errors(&output), "");
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let point = &found["point"];
+    assert!(point["cell"].as_u64().is_some_and(|cell| cell < 2304), "{found}");
+    assert!(point["value"].as_f64().is_some_and(|value| value > 0.5 && value < 1.0), "{found}");
+    for nowhere in ["0,0,0", "99,0,0"] {
+        let words = ["expected a place with a value", "z -0.4148"];
+        assert_eq!(fault(&probe(nowhere), 1, &words, None), None);
+    }
+}
+
+#[test]
 fn a_picture_in_the_backgrounds_colour_says_so() {
     if !can_draw() {
         return;

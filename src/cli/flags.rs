@@ -66,7 +66,7 @@ pub enum Command {
     /// Say what is in a file
     #[command(after_help = EXIT_CODES)]
     Info(InfoFlags),
-    /// Say what a pixel shows: the first visible point of its ray, and the field there
+    /// Say what a pixel shows: the first visible point of its ray, and the field there; or the field at a place
     #[command(after_help = EXIT_CODES)]
     Probe(Box<ProbeFlags>),
     /// Measure what each way of drawing costs, and how far from the exact picture it is
@@ -166,9 +166,14 @@ pub struct ProbeFlags {
     /// The file.
     #[command(flatten)]
     pub input: InputFlags,
-    /// Column and row of the pixel, from 0,0 at the upper left
+    /// Column and row of the pixel, from 0,0 at the upper left; this or --point
     #[arg(long, value_name = "X,Y", value_parser = values::pixel, allow_hyphen_values = true)]
-    pub at: [u32; 2],
+    pub at: Option<[u32; 2]>,
+    /// World point whose values are told, whether or not it can be seen
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true,
+        conflicts_with_all = ["resolution", "share", "clip_box", "clip_plane", "cut_faces", "slice",
+        "slice_plane", "slice_only_shown", "slice_edges", "iso", "projection", "mesh", "labels"])]
+    pub point: Option<[f64; 3]>,
     /// Size in pixels of the picture that it is a pixel of, as of `render`
     #[arg(long, value_name = "W,H", value_parser = values::resolution, default_value = "1280,800",
         allow_hyphen_values = true)]

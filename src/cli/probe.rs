@@ -1,5 +1,6 @@
 //! `voxsplat probe`.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -13,15 +14,18 @@ use super::{Destination, Failure, note, notes, open};
 use crate::core::Ticket;
 use crate::io::mesh::drawn_name;
 use crate::scene::{AlongRay, Scene, VectorLayer, axis_letters};
-use crate::task::probe::{FIRST_SEEN, Look, Met, Point, ProbedVector, Seen, VectorPlace, look};
-use crate::volume::{Component, Field};
+use crate::task::probe::{
+    self, FIRST_SEEN, Look, Met, Point, ProbedVector, Seen, VectorPlace, look,
+};
+use crate::volume::{Component, Field, ScalarVolume};
 
 /// What scripts read.
 #[derive(Debug, Serialize)]
 struct Report {
-    /// Column and row of the pixel.
-    at: [u32; 2],
-    /// Opacity that the ray was to gather; `None` where values are projected.
+    /// Column and row of the pixel; `None` where a place was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at: Option<[u32; 2]>,
+    /// Opacity that the ray was to gather; `None` where values are projected, and of a place that was asked for.
     share: Option<f64>,
     /// Names of the world's axes.
     axes: [&'static str; 3],
@@ -60,18 +64,46 @@ struct ReportedVector {
     length: f64,
 }
 
+/// What is asked about.
+#[derive(Debug, Clone, Copy)]
+enum Asked {
+    Pixel([u32; 2]),
+    Place([f64; 3]),
+}
+
+impl Asked {
+    fn of(flags: &ProbeFlags) -> Result<Self, Failure> {
+        let [width, height] = flags.resolution;
+        let found = match (flags.at, flags.point) {
+            (Some([column, row]), None) if column >= width || row >= height => {
+                return Err(Failure::Usage(format!(
+                    "expected a pixel of the picture with --at, from 0,0 to {},{}, found {column},{row}; choose \
+                     one, or a larger --resolution",
+                    width - 1,
+                    height - 1
+                )));
+            }
+            (Some(pixel), None) => return Ok(Self::Pixel(pixel)),
+            (None, Some(place)) => return Ok(Self::Place(place)),
+            (None, None) => "neither; give one of them",
+            (Some(_), Some(_)) => "both; leave one of them out",
+        };
+        Err(Failure::Usage(format!(
+            "expected a pixel with --at X,Y or a place with --point X,Y,Z, found {found}"
+        )))
+    }
+
+    fn pixel(self) -> Option<[u32; 2]> {
+        match self {
+            Self::Pixel(pixel) => Some(pixel),
+            Self::Place(_) => None,
+        }
+    }
+}
+
 pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
-    let [width, height] = flags.resolution;
-    let [column, row] = flags.at;
-    if column >= width || row >= height {
-        return Err(Failure::Usage(format!(
-            "expected a pixel of the picture with --at, from 0,0 to {},{}, found {column},{row}; choose \
-             one, or a larger --resolution",
-            width - 1,
-            height - 1
-        )));
-    }
+    let asked = Asked::of(flags)?;
     let projection = flags.inside.projection.filter(|along| *along != AlongRay::Composite);
     refuse_nowhere(projection, flags.share)?;
     refuse_among_triangles(&splat, &flags.vectors, &flags.polygons, &FlowFlags::default())?;
@@ -88,6 +120,13 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     let shading = flags.shading.resolve(&scene, &splat);
     let shading = shading.map_err(|error| Failure::Usage(error.to_string()))?;
     let volume = open::volume(&scene)?;
+    if matches!(asked, Asked::Place(_)) && !scene.shows_field() {
+        return Err(Failure::Usage(
+            "expected a field of values with --point, found a surface or points by themselves; add --kernel \
+             ellipsoids, which has values about points, or ask about a pixel with --at"
+                .to_owned(),
+        ));
+    }
     let inside = flags.inside.resolve_in(&flags.scene, volume, &splat).map_err(Failure::Usage)?;
     inside.beside(volume).iter().for_each(|what| note(what));
     let hiding = flags.mode.of_hiding();
@@ -104,12 +143,17 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
         scene.vectors().into_iter().map(|layer| layer.field.name.clone()).collect();
     let unit_distance = scene.opacity_unit_distance();
     let share = flags.share.unwrap_or(FIRST_SEEN);
-    let question = Look { scene, size: flags.resolution, pixel: flags.at, share };
-    let seen = look(&question).map_err(Failure::failed)?;
+    let seen = match asked {
+        Asked::Pixel(pixel) => {
+            let question = Look { scene, size: flags.resolution, pixel, share };
+            look(&question).map_err(Failure::failed)?
+        }
+        Asked::Place(place) => Seen::Point(told_at(&scene, place, &input.path)?),
+    };
     let axes = axis_letters(input.grid.space.as_deref());
     let report = Report {
-        at: flags.at,
-        share: projection.is_none().then_some(share),
+        at: asked.pixel(),
+        share: asked.pixel().and(projection.is_none().then_some(share)),
         axes,
         unit_distance,
         point: match seen {
@@ -128,6 +172,38 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
         sentences(&report, seen)
     };
     Destination::Stdout("what is seen").write(format!("{text}\n").as_bytes())
+}
+
+/// What there is at a place.
+fn told_at(scene: &Scene, place: [f64; 3], path: &Path) -> Result<Point, Failure> {
+    let found = probe::at(scene, DVec3::from(place)).map_err(Failure::failed)?;
+    found.ok_or_else(|| match open::volume(scene) {
+        Ok(volume) => Failure::Failed(format!("{}: {}", nowhere(volume, place), path.display())),
+        Err(failure) => failure,
+    })
+}
+
+/// Says where a field has values, to who asked beside it.
+fn nowhere(volume: &ScalarVolume, [x, y, z]: [f64; 3]) -> String {
+    let ends = volume.lattice.dims.map(|n| [-0.5, n as f64 - 0.5]);
+    let corners = (0..8).map(|corner: usize| {
+        let [x, y, z] = [0, 1, 2].map(|axis: usize| ends[axis][corner >> axis & 1]);
+        volume.lattice.world_from_index(DVec3::new(x, y, z))
+    });
+    let [low, high] = volume.own_bounds.unwrap_or_else(|| {
+        corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| {
+            [low.min(corner), high.max(corner)]
+        })
+    });
+    let along = ["x", "y", "z"].into_iter().zip(low.to_array().into_iter().zip(high.to_array()));
+    #[expect(clippy::cast_possible_truncation, reason = "told, with as few digits as say it")]
+    let words =
+        along.map(|(axis, (low, high))| format!("{axis} {} to {}", low as f32, high as f32));
+    let words = words.collect::<Vec<_>>().join(", ");
+    format!(
+        "expected a place with a value with --point, in a box of the world coordinates {words}, found {x},{y},{z}, \
+         where there is none; choose another"
+    )
 }
 
 /// Refuses what has no one point, and what no point goes by.
@@ -227,8 +303,10 @@ fn sentences(report: &Report, seen: Seen) -> String {
         format!("Gradient ({x} {y} {z})  {}", three(point.gradient)),
         format!("Gradient length   {:.6} a world unit", point.gradient.length()),
         format!("Opacity           {:.6} in {} world units", point.opacity, report.unit_distance),
-        format!("Seen              {}", met_words(point.met, share)),
     ];
+    if point.met != Met::Asked {
+        lines.push(format!("Seen              {}", met_words(point.met, share)));
+    }
     lines.extend(vector_lines(report));
     lines.join("\n")
 }

@@ -93,10 +93,24 @@ fn kind_name(kind: u8) -> String {
     name.to_owned()
 }
 
+/// What people call one of them.
+fn one_of(kinds: &str) -> String {
+    for (many, one) in [("hedra", "hedron"), ("vertices", "vertex"), ("s", "")] {
+        if let Some(stem) = kinds.strip_suffix(many) {
+            return format!("{stem}{one}");
+        }
+    }
+    // Of a type without a name.
+    kinds.replacen("cells", "cell", 1)
+}
+
 impl fmt::Display for CellsInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kinds: Vec<String> =
-            self.cell_kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+        let told = |(kind, count): (&String, &usize)| match count {
+            1 => format!("1 {}", one_of(kind)),
+            _ => format!("{count} {kind}"),
+        };
+        let kinds: Vec<String> = self.cell_kinds.iter().map(told).collect();
         let kinds = if kinds.is_empty() { "none".to_owned() } else { kinds.join(", ") };
         writeln!(f, "{:<11}{kinds}", "cells")?;
         let told = [
@@ -112,5 +126,28 @@ impl fmt::Display for CellsInfo {
             writeln!(f, "{:<11}{}", "volume", self.total_volume)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_a_kind_is_no_plural() {
+        let one = |kind: u8| one_of(&kind_name(kind));
+        let named = [0, 1, 2, 6, 10, 13, 25, 42, 81].map(one);
+        let expected = [
+            "empty cell",
+            "vertex",
+            "polyvertex",
+            "triangle strip",
+            "tetrahedron",
+            "wedge",
+            "quadratic hexahedron",
+            "polyhedron",
+            "cell of VTK's type 81",
+        ];
+        assert_eq!(named, expected);
     }
 }

@@ -1,6 +1,7 @@
 //! Tables of points: one a line of text, its place in three columns and numbers in the others. Columns of words, such as names,
-//! are left out and told.
+//! are left out and told. Molecules are read here, too.
 
+mod molecule;
 mod names;
 mod row;
 
@@ -21,6 +22,8 @@ use crate::volume::{Association, Samples};
 
 /// Extensions of files that are taken for tables, where they are text.
 const EXTENSIONS: [&str; 5] = ["txt", "csv", "tsv", "xyz", "asc"];
+/// Extension of files of molecules, too.
+const MOLECULES: &str = "xyz";
 /// More columns than this are no list that anybody picks from.
 const MOST_COLUMNS: usize = 1024;
 /// No line is longer.
@@ -31,6 +34,9 @@ const MOST_TOLD: usize = 4;
 pub(super) fn is_it(extension: &str, start: &[u8]) -> bool {
     if !EXTENSIONS.contains(&extension) {
         return false;
+    }
+    if extension == MOLECULES && molecule::is_it(start) {
+        return true;
     }
     let text = String::from_utf8_lossy(start);
     // The last line may be cut.
@@ -73,38 +79,41 @@ struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
+    /// The next line, whatever it says; `None` at the end.
+    fn any(&mut self) -> Result<Option<String>, Problem> {
+        use std::io::Read;
+        self.bytes.clear();
+        let mut limited = (&mut self.reader).take(LONGEST_LINE);
+        let read = limited.read_until(b'\n', &mut self.bytes).map_err(Problem::Io)?;
+        if read == 0 {
+            return Ok(None);
+        }
+        self.line += 1;
+        if read as u64 == LONGEST_LINE && self.bytes.last() != Some(&b'\n') {
+            return Err(header(
+                format!("lines of at most {LONGEST_LINE} bytes"),
+                format!("a longer one, number {}", self.line),
+                "write one point a line",
+            ));
+        }
+        let text = String::from_utf8_lossy(&self.bytes);
+        if text.trim_end().contains('\r') {
+            return Err(header(
+                "lines that end with a line feed",
+                format!("a carriage return alone in line {}, as old programs end lines", self.line),
+                "save the table with the line ends of Unix or Windows",
+            ));
+        }
+        Ok(Some(text.into_owned()))
+    }
+
     /// The next line that is no comment, and the last comment before it; `None` at the end.
     fn next(&mut self) -> Result<Option<(String, Option<String>)>, Problem> {
-        use std::io::Read;
         let mut comment = None;
         loop {
-            self.bytes.clear();
-            let mut limited = (&mut self.reader).take(LONGEST_LINE);
-            let read = limited.read_until(b'\n', &mut self.bytes).map_err(Problem::Io)?;
-            if read == 0 {
-                return Ok(None);
-            }
-            self.line += 1;
-            if read as u64 == LONGEST_LINE && self.bytes.last() != Some(&b'\n') {
-                return Err(header(
-                    format!("lines of at most {LONGEST_LINE} bytes"),
-                    format!("a longer one, number {}", self.line),
-                    "write one point a line",
-                ));
-            }
-            let text = String::from_utf8_lossy(&self.bytes);
-            if text.trim_end().contains('\r') {
-                return Err(header(
-                    "lines that end with a line feed",
-                    format!(
-                        "a carriage return alone in line {}, as old programs end lines",
-                        self.line
-                    ),
-                    "save the table with the line ends of Unix or Windows",
-                ));
-            }
+            let Some(text) = self.any()? else { return Ok(None) };
             if !is_comment(&text) {
-                return Ok(Some((text.into_owned(), comment)));
+                return Ok(Some((text, comment)));
             }
             if !text.trim().is_empty() {
                 comment = Some(text.trim().trim_start_matches(['#', '/', '%']).trim().to_owned());
@@ -118,6 +127,10 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     // A number is a character and a separator at least; points are kept beside.
     memory::require("the numbers of the table", len.saturating_mul(8), free_bytes)?;
     let mut lines = Lines { reader: files::buffered(file), line: 0, bytes: Vec::new() };
+    let is_named_so = path.extension().is_some_and(|of| of.eq_ignore_ascii_case(MOLECULES));
+    if is_named_so && molecule::is_it(lines.reader.fill_buf().map_err(Problem::Io)?) {
+        return molecule::read(&mut lines, (len, free_bytes), ticket);
+    }
     let none = || {
         header(
             "a table of numbers, one point a line",
@@ -388,7 +401,8 @@ mod tests {
         assert!(!is_it("txt", b"some words and nothing else\nand more of them\n"));
         assert!(!is_it("txt", b"1 2\n3 4\n"), "two columns are no places");
         assert!(!is_it("raw", b"1 2 3\n"));
-        assert!(!is_it("xyz", b"3\nwater\nO 0 0 0\n"), "molecules are none");
+        let water = b"3\nwater\nO 0 0 0\n";
+        assert!(is_it("xyz", water) && !is_it("txt", water), "molecules are called so");
     }
 
     #[test]

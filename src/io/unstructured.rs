@@ -18,6 +18,7 @@ pub(super) use told::{EMBED_THEM, THINNER_THAN_A_PIXEL, holds_colours, in_short,
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
 pub(super) mod kind {
+    pub(in super::super) const EMPTY: u8 = 0;
     pub(in super::super) const VERTEX: u8 = 1;
     pub(in super::super) const POLY_VERTEX: u8 = 2;
     pub(in super::super) const LINE: u8 = 3;
@@ -516,6 +517,7 @@ pub(super) fn grid(
     // What lies on no cell is no field.
     fields.retain(|field| !field.samples.is_empty());
     told::tell_apart(&mut fields, warnings);
+    warnings.extend(told::empty_cells(&listing.types));
     warnings.extend(told::flat_cells(&listing.types));
     warnings.extend(told::straightened(&listing, &fields));
     let have_extent = listing.types.iter().any(|kind| has_extent(*kind));
@@ -547,6 +549,60 @@ pub(super) fn grid(
     }
     warnings.extend(told::thin(&cells));
     Ok(Grid::shaped([points, 1, 1], Shape::Unstructured(Arc::new(cells)), fields)?)
+}
+
+/// The grid of a block of points. Where some of them lie nowhere its cells are listed, so that those there can be left out.
+///
+/// # Errors
+/// See [`grid`]; points of a surface that lie nowhere, too.
+pub(super) fn curvilinear(
+    (points, dims): (Arc<[DVec3]>, [usize; 3]),
+    fields: Vec<Field>,
+    active: &[(Association, String)],
+    free_bytes: u64,
+    warnings: &mut Vec<String>,
+) -> Result<Grid, Problem> {
+    let is_whole = points.len() == dims.iter().product::<usize>();
+    let is_solid = dims.iter().all(|n| *n > 1);
+    if !is_whole || !is_solid || points.iter().all(|point| point.is_finite()) {
+        return Ok(Grid::shaped(dims, Shape::Curvilinear(points), fields)?);
+    }
+    let cells = dims.iter().map(|n| n - 1).product::<usize>() as u64;
+    require_memory(points.len() as u64, cells, 8 * cells, free_bytes)?;
+    let mut listing = Listing { points: points.to_vec(), ..Listing::default() };
+    add_block(&mut listing, dims);
+    grid(Part { listing, fields }, active, free_bytes, warnings)
+}
+
+/// The cells between a block's points: hexahedra, or squares where it is flat.
+pub(super) fn add_block(listing: &mut Listing, dims: [usize; 3]) {
+    let strides = [1, dims[0], dims[0] * dims[1]];
+    let wide: Vec<usize> =
+        (0..3).filter(|axis| dims[*axis] > 1).map(|axis| strides[axis]).collect();
+    let (corners, kind): (Vec<usize>, u8) = match wide[..] {
+        [x, y, z] => (vec![0, x, x + y, y, z, z + x, z + x + y, z + y], kind::HEXAHEDRON),
+        [x, y] => (vec![0, x, x + y, y], kind::QUAD),
+        [x] => (vec![0, x], kind::LINE),
+        _ => (vec![0], kind::VERTEX),
+    };
+    let cells = dims.map(|n| n.saturating_sub(1).max(1));
+    if listing.starts.is_empty() {
+        listing.starts.push(0);
+    }
+    for z in 0..cells[2] {
+        for y in 0..cells[1] {
+            for x in 0..cells[0] {
+                let first = x + y * strides[1] + z * strides[2];
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "fewer than 2^32 points were checked"
+                )]
+                listing.corners.extend(corners.iter().map(|corner| (first + corner) as u32));
+                listing.types.push(kind);
+                listing.starts.push(listing.corners.len());
+            }
+        }
+    }
 }
 
 fn no_cells(error: CellsError) -> Problem {

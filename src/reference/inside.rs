@@ -32,6 +32,8 @@ pub enum Met {
     Maximum,
     /// Its least.
     Minimum,
+    /// Nothing: the place was asked for by itself.
+    Asked,
 }
 
 impl Met {
@@ -46,6 +48,7 @@ impl Met {
             Self::Vectors => "vectors",
             Self::Maximum => "the greatest value",
             Self::Minimum => "the least value",
+            Self::Asked => "the place asked for",
         }
     }
 }

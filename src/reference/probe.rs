@@ -19,6 +19,7 @@ use crate::kernel::Kernel;
 use crate::scene::{
     AlongRay, Classify, Reconstruction, Scene, Shading, ShadingSpace, SplatSettings,
 };
+use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
 
 /// Error allowed in the opacity that a ray gathers.
@@ -116,17 +117,13 @@ impl Probe {
         let lattice = &self.volume.lattice;
         let world = Line::through(&scene.camera, at, size.map(f64::from));
         let index = world.mapped(lattice.axes().inverse(), lattice.origin);
-        let plain = Shading::default();
-        let shading = if Shading::is_shown_by(&scene.splat) { &scene.shading } else { &plain };
-        let unit = scene.opacity_unit_distance();
-        let classes = Classes::new(&shading.by_value(&transfer), unit, false);
+        let (classes, shader) = classified(scene, &transfer);
         let polygons = polygons::met_by(scene, &world);
         let part = opening.part((&self.field, &classes), (&world, &index), &[]);
         if part.is_none() && polygons.is_empty() {
             return Seen::Beside;
         }
         let part = Part::among(part, polygons);
-        let shader = if shading.is_plain() { None } else { Shader::of(scene, true) };
         let shade = RayShader {
             shader: shader.as_ref(),
             field: &self.field,
@@ -146,7 +143,44 @@ impl Probe {
             Ok(found) => found,
             Err(nothing) => return nothing,
         };
-        let place = index.at(t);
+        Seen::Point(self.point(scene, &classes, shade, (t, met)))
+    }
+
+    /// The field at a place of the world, whatever hides it and whether or not it is cut away; `None` beside the data.
+    pub fn at(&self, scene: &Scene, world: DVec3) -> Option<Point> {
+        let lattice = &self.volume.lattice;
+        let place = lattice.index_from_world(world);
+        // Samples of a lattice that was made over cells or points have no value where these end.
+        let is_missing = self.volume.own_bounds.is_some() && self.field.is_hole(place);
+        if !is_in(self.field.dims, place) || is_missing || self.field.value(place).is_none() {
+            return None;
+        }
+        let transfer = scene.drawn_transfer()?;
+        let (classes, shader) = classified(scene, &transfer);
+        // Along the view, so that tables by depth have theirs.
+        let from = f64::NEG_INFINITY;
+        let world = Line { start: world, step: scene.camera.direction, from };
+        let index = world.mapped(lattice.axes().inverse(), lattice.origin);
+        let shade = RayShader {
+            shader: shader.as_ref(),
+            field: &self.field,
+            world: &world,
+            index: &index,
+            beside: &[],
+        };
+        Some(self.point(scene, &classes, shade, (0.0, Met::Asked)))
+    }
+
+    /// What is told of a place of a ray, and of what is met there.
+    fn point(
+        &self,
+        scene: &Scene,
+        classes: &Classes,
+        shade: RayShader<'_>,
+        (t, met): (f64, Met),
+    ) -> Point {
+        let world = shade.world.at(t);
+        let place = shade.index.at(t);
         // Polygons are met there, too.
         let is_beside = met == Met::Polygon && !is_in(self.field.dims, place);
         let is_hole = !is_beside && self.field.is_hole(place);
@@ -156,20 +190,22 @@ impl Probe {
             Some(value) => shade.shaded(classes.at(value), t, value),
             None => [0.0; 4],
         };
+        let lattice = &self.volume.lattice;
         let inverse = ShadingSpace::of(lattice, Some(&self.volume)).world_from_gradient;
         // No data have no value, whatever stands in for them beside others.
         let value = self.field.value(place).filter(|_| !is_hole && !is_beside);
         let gradient = value.map_or(DVec3::NAN, |_| inverse * gradient(&self.field, place));
-        Seen::Point(Point {
+        let unit = scene.opacity_unit_distance();
+        Point {
             met,
-            world: world.at(t),
+            world,
             index: place,
             cell: self.field.cell_at(place),
             value: value.unwrap_or(f64::NAN),
             gradient,
             opacity: -(-density[0] * unit).exp_m1(),
-            vectors: vectors_at(scene, world.at(t)),
-        })
+            vectors: vectors_at(scene, world),
+        }
     }
 
     /// Where a part of a ray has its greatest or its least value.
@@ -242,6 +278,16 @@ impl Probe {
         cuts.sort_by(f64::total_cmp);
         cuts.windows(2).filter(|w| w[1] > w[0]).map(|w| [w[0], w[1]]).collect()
     }
+}
+
+/// What a scene's values are classified by, and what shades them, if anything.
+fn classified(scene: &Scene, transfer: &TransferFunction) -> (Classes, Option<Shader>) {
+    let plain = Shading::default();
+    let shading = if Shading::is_shown_by(&scene.splat) { &scene.shading } else { &plain };
+    let unit = scene.opacity_unit_distance();
+    let classes = Classes::new(&shading.by_value(transfer), unit, false);
+    let shader = if shading.is_plain() { None } else { Shader::of(scene, true) };
+    (classes, shader)
 }
 
 /// Whether a place of index space is in the box in which values are defined.
@@ -341,6 +387,30 @@ mod tests {
                 assert!((found.gradient - DVec3::new(-6.0, 0.0, 0.0)).length() < 1e-6);
                 assert!((found.opacity - 0.6).abs() < 1e-12, "{}", found.opacity);
             }
+        }
+    }
+
+    #[test]
+    fn a_place_is_told_whatever_hides_it_and_none_beside_the_data() {
+        let mut scene = ramp(0.6);
+        let probe = Probe::new(&scene).unwrap();
+        let index = DVec3::new(11.25, 12.5, 20.75);
+        let world = lattice().world_from_index(index);
+        // Not to be seen from anywhere: behind a wall, and cut away.
+        scene.inside.clip.bounds = Some(ClipBox { high: [1.0, 1.0, 0.2], ..ClipBox::WHOLE });
+        let scene = scene.with(across(299.0, 1.0));
+        let found = probe.at(&scene, world).expect("within");
+        assert_eq!((found.met, found.cell, found.vectors), (Met::Asked, None, [None; 2]));
+        assert!((found.world - world).length() < 1e-12 && (found.index - index).length() < 1e-9);
+        assert!((found.value - 62.25).abs() < 1e-4, "{found:?}");
+        assert!((found.gradient - DVec3::new(-6.0, 0.0, 0.0)).length() < 1e-4, "{found:?}");
+        assert!((found.opacity - 0.6).abs() < 1e-12, "{found:?}");
+        let before = probe.at(&scene, lattice().world_from_index(DVec3::new(11.25, 12.5, 5.0)));
+        assert_eq!(before.map(|found| found.opacity), Some(0.0), "where nothing shows");
+        // Up to the ends of the samples' boxes.
+        for (z, is_in) in [(30.4, true), (30.6, false), (-0.4, true), (-0.6, false)] {
+            let at = lattice().world_from_index(DVec3::new(12.0, 12.0, z));
+            assert_eq!(probe.at(&scene, at).is_some(), is_in, "{z}");
         }
     }
 

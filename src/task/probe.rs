@@ -3,7 +3,7 @@
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::core::memory::{self, TooLarge};
 use crate::kernel::Kernel;
@@ -59,26 +59,33 @@ impl Look {
         }
         let probe = match kept.take().filter(|probe| probe.suits(&self.scene)) {
             Some(probe) => Some(probe),
-            None => {
-                // Sharpening radial kernels needs what was before beside what comes.
-                let copies = match self.scene.splat.kernel {
-                    Kernel::Nearest | Kernel::Linear | Kernel::BSpline => 1,
-                    _ => 3,
-                };
-                let bytes = self.scene.voxel_count() * 8 * copies;
-                memory::require(
-                    "the probe's field in double precision",
-                    bytes,
-                    memory::free_bytes(),
-                )?;
-                Probe::new(&self.scene)
-            }
+            None => probe_of(&self.scene)?,
         };
         let Some(probe) = probe else { return alone() };
         let seen = probe.look(&self.scene, self.size, at, self.share);
         *kept = Some(probe);
         Ok(seen)
     }
+}
+
+/// Of a scene's volume, if it has one.
+fn probe_of(scene: &Scene) -> Result<Option<Probe>, TooLarge> {
+    // Sharpening radial kernels needs what was before beside what comes.
+    let copies = match scene.splat.kernel {
+        Kernel::Nearest | Kernel::Linear | Kernel::BSpline => 1,
+        _ => 3,
+    };
+    let bytes = scene.voxel_count() * 8 * copies;
+    memory::require("the probe's field in double precision", bytes, memory::free_bytes())?;
+    Ok(Probe::new(scene))
+}
+
+/// The field of a scene at a place of the world, whatever hides it there; `None` beside the data.
+///
+/// # Errors
+/// Where the field does not fit into memory.
+pub fn at(scene: &Scene, world: DVec3) -> Result<Option<Point>, TooLarge> {
+    Ok(probe_of(scene)?.and_then(|probe| probe.at(scene, world)))
 }
 
 /// Looks once.

@@ -307,6 +307,8 @@ fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
     // Its points where they are asked for.
     let points = draw(&["--kernel", "ellipsoids"]).expect("drawn");
     assert_ne!(points, draw(&[]).expect("drawn"));
+    let nowhere = errors(&voxsplat(&["probe", file, "--point", "0,0,0"]));
+    assert!(nowhere.contains("expected a field of values with --point"), "{nowhere}");
     let seen = voxsplat(&["probe", file, "--at", "320,200", "--resolution", "640,400"]);
     let said = String::from_utf8_lossy(&seen.stdout);
     assert!(said.contains("polygon"), "{said} {}", errors(&seen));

@@ -89,6 +89,7 @@ fn pieces_are_joined_and_polyhedra_are_solid() {
     assert_eq!(cells.solids().last().unwrap().corners(), [4, 5, 6, 7], "moved on by four");
     let told = describe(&both, &Ticket::new()).unwrap().cells.unwrap();
     assert!((told.total_volume - 1.0 / 3.0).abs() < 1e-12, "{told:?}");
+    assert!(told.to_string().contains("1 polyhedron"), "{told}");
     assert_eq!((told.inverted_cells, told.split_cells), (0, 1));
 }
 
@@ -135,21 +136,31 @@ fn polyhedra_are_the_same_however_their_faces_are_written() {
 fn pieces_in_several_files_share_the_memory_that_is_free() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("all.pvtu");
-    std::fs::copy(data("two.vtu"), folder.path().join("a.vtu")).unwrap();
-    let piece = "<Piece Source=\"a.vtu\"/>";
-    let with = |count: usize| {
+    for piece in 0..40 {
+        std::fs::copy(data("two.vtu"), folder.path().join(format!("{piece}.vtu"))).unwrap();
+    }
+    let of = |names: &[String]| {
+        let piece = |name: &String| format!("<Piece Source=\"{name}\"/>");
         let text = format!(
             "<VTKFile type=\"PUnstructuredGrid\" byte_order=\"LittleEndian\"><PUnstructuredGrid>{}\
              </PUnstructuredGrid></VTKFile>",
-            piece.repeat(count)
+            names.iter().map(piece).collect::<String>()
         );
         std::fs::write(&path, text).unwrap();
         let options = OpenOptions { memory_limit_bytes: Some(20_000), ..OpenOptions::default() };
         open(&path, &options, &Ticket::new())
     };
+    let with = |count: usize| of(&(0..count).map(|n| format!("{n}.vtu")).collect::<Vec<_>>());
     assert_eq!(cells_of(&with(3).unwrap()).own_cells(), 6);
     let error = with(40).unwrap_err().to_string();
     assert!(error.contains("fit in memory"), "{error}");
+    // The same file again is refused before any is read.
+    for twins in [["0.vtu", "1.vtu", "0.vtu"], ["gone.vtu", "0.vtu", "./0.vtu"]] {
+        let error = of(&twins.map(str::to_owned)).unwrap_err().to_string();
+        let words =
+            format!("expected a file of its own for every piece, found the piece {:?}", twins[2]);
+        assert!(error.starts_with(&words), "{error}");
+    }
 }
 
 #[test]
@@ -297,6 +308,52 @@ fn cells_that_lack_something_say_what() {
 }
 
 #[test]
+fn arrays_of_unknown_types_are_told_with_those_that_are_read() {
+    let of = |name: &str| {
+        let (before, after) = vtu(10, CORNERS, "0 1 2 3")
+            .split_once(&format!("\" Name=\"{name}\""))
+            .map(|(before, after)| (before.to_owned(), after.to_owned()))
+            .expect("an array of that name");
+        let (before, _) = before.rsplit_once("type=\"").expect("its type");
+        format!("{before}type=\"Quaternion\" Name=\"{name}\"{after}")
+    };
+    let said = made("a.vtu", of("f")).warnings.join("; ");
+    assert!(
+        said.contains("\"f\" of type \"Quaternion\" is ignored")
+            && said.contains("types Int8, UInt8,")
+            && said.contains("Float32 or Float64"),
+        "{said}"
+    );
+    for name in ["p", "connectivity", "types"] {
+        let array = format!("array \"{name}\" that is Int8,");
+        says("a.vtu", of(name), &[&array, "Float64, found \"Quaternion\""]);
+    }
+}
+
+#[test]
+fn cells_that_are_said_to_be_nothing_are_counted() {
+    let kinds = |kinds: &str| {
+        let count = kinds.split_whitespace().count();
+        let cells = "4 0 1 2 3\n".repeat(count);
+        let old = "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10";
+        assert!(TETRAHEDRON.contains(old));
+        let new = format!("CELLS {count} {}\n{cells}CELL_TYPES {count}\n{kinds}", 5 * count);
+        let found = made("a.vtk", TETRAHEDRON.replace(old, &new));
+        let told = describe(&found, &Ticket::new()).unwrap().cells.unwrap().to_string();
+        (found.warnings.join("; "), told)
+    };
+    let (said, told) = kinds("10 0 0");
+    assert!(said.contains("2 cells are empty (VTK's type 0): left out"), "{said}");
+    assert!(told.contains("2 empty cells, 1 tetrahedron"), "{told}");
+    let (said, told) = kinds("0 10");
+    assert!(said.contains("1 cell is empty") && told.contains("1 empty cell,"), "{said} {told}");
+    let (said, _) = kinds("10 10");
+    assert!(!said.contains("empty"), "{said}");
+    let said = made("a.vtu", vtu(0, CORNERS, "0 1 2 3")).warnings.join("; ");
+    assert!(said.contains("1 cell is empty"), "{said}");
+}
+
+#[test]
 fn cells_thinner_than_a_pixel_are_told() {
     let said = |places: &str| made("a.vtu", vtu(10, places, "0 1 2 3")).warnings.join("; ");
     let needle = said("0 0 0 1e9 0 0 0 1e-3 0 0 0 1e-3");
@@ -367,6 +424,35 @@ fn tables_take_places_by_name_and_keep_other_columns() {
     says("a.txt", "1 2 3\n4 5\n", &["3 columns on line 2", "found 2"]);
     says("a.csv", "x,y,z\n1,2,3\n1,2,three\n", &["numbers on line 3", "\"three\""]);
     says("a.csv", "x,y\n1,2\n", &["csv"]);
+}
+
+#[test]
+fn molecules_are_points_with_their_elements() {
+    let water =
+        made("a.xyz", "3\n# water\nO 0.0 0.0 0.117\nH 0.0 0.757 -0.469\nH 0.0 -0.757 -0.469\n");
+    assert_eq!((water.format, water.warnings.join("; ")), (Format::Table, String::new()));
+    assert_eq!(cells_of(&water).points()[1].to_array(), [0.0, 0.757, -0.469]);
+    let [field] = &water.grid.fields[..] else { panic!("{:?}", water.grid.fields) };
+    assert_eq!((field.name.as_str(), values(field)), ("element", vec![8.0, 1.0, 1.0]));
+    assert_eq!(water.grid.unit.as_deref(), Some("Å"));
+    let told = describe(&water, &Ticket::new()).unwrap().to_string();
+    assert!(told.contains("1 is H") && told.contains("8 is O"), "{told}");
+    let drawn = water.grid.scalar(field, Component::Index(0), &Ticket::new());
+    assert!(drawn.is_ok(), "{:?}", drawn.err());
+    // Steps in time, and charges.
+    let step = "2\n\nC 0 0 0 0.5\nN 1.1 0 0 -0.5\n";
+    let steps = made("a.xyz", step.repeat(3));
+    assert_eq!(cells_of(&steps).own_points(), 2);
+    let said = steps.warnings.join("; ");
+    assert!(said.contains("2 more molecules follow the first: left out"), "{said}");
+    assert!(said.contains("1 column behind the atoms' places is left out"), "{said}");
+    let said = made("a.xyz", format!("{step}\nthe end\n")).warnings.join("; ");
+    assert!(said.contains("1 line follows the 2 atoms: left out"), "{said}");
+    says("a.xyz", "3\nwater\nO 0 0 0\nH 0 1 0\n", &["3 atoms", "found 2"]);
+    says("a.xyz", "2\n\nO 0 0 0\nWater 0 1 0\n", &["on line 4", "\"Water 0 1 0\""]);
+    // Places alone are a table.
+    let plain = made("a.xyz", "1 2 3\n4 5 6\n");
+    assert_eq!((cells_of(&plain).own_points(), plain.grid.label_names.len()), (2, 0));
 }
 
 #[test]
@@ -609,6 +695,66 @@ fn a_thousand_million_promised_cells_are_refused_before_they_are_allocated() {
         assert!(!said.contains("close other programs"), "the file is at fault: {said}");
     }
     assert!(LARGEST.load(Ordering::Relaxed) < 64 << 20, "nothing of that size was asked for");
+}
+
+/// A point at no place took the whole grid away.
+#[test]
+fn curvilinear_grids_are_without_the_cells_at_points_that_lie_nowhere() {
+    let place = |i: usize| format!("{} {} {}", i % 3, i / 3 % 2, i / 6);
+    let places = |nowhere: &[usize]| -> String {
+        let place = |i| if nowhere.contains(&i) { "0 nan 0".to_owned() } else { place(i) };
+        (0..12).map(place).collect::<Vec<_>>().join("\n")
+    };
+    let heat: Vec<String> = (0..12).map(|i| i.to_string()).collect();
+    let legacy = |nowhere: &[usize]| {
+        format!(
+            "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS 3 2 2\nPOINTS 12 double\n{}\n\
+             POINT_DATA 12\nSCALARS heat double 1\nLOOKUP_TABLE default\n{}\n",
+            places(nowhere),
+            heat.join(" ")
+        )
+    };
+    let xml = |nowhere: &[usize]| {
+        format!(
+            "<VTKFile type=\"StructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\"><StructuredGrid \
+             WholeExtent=\"0 2 0 1 0 1\"><Piece Extent=\"0 2 0 1 0 1\"><PointData><DataArray type=\"Float64\" \
+             Name=\"heat\" format=\"ascii\">{}</DataArray></PointData><Points><DataArray type=\"Float64\" Name=\"p\" \
+             NumberOfComponents=\"3\" format=\"ascii\">{}</DataArray></Points></Piece></StructuredGrid></VTKFile>",
+            heat.join(" "),
+            places(nowhere)
+        )
+    };
+    let plot3d = |nowhere: &[usize]| {
+        let text = std::fs::read_to_string(data("single.x")).unwrap();
+        let mut words: Vec<&str> = text.split_whitespace().collect();
+        for point in nowhere {
+            // Behind three sizes.
+            words[3 + point] = "nan";
+        }
+        words.join(" ")
+    };
+    let texts = |nowhere: &[usize]| {
+        [("a.vtk", legacy(nowhere)), ("a.vts", xml(nowhere)), ("a.x", plot3d(nowhere))]
+    };
+    for (name, text) in texts(&[]) {
+        let whole = made(name, text);
+        assert!(matches!(whole.grid.shape, Shape::Curvilinear(_)), "{name}");
+    }
+    // A corner of the first of two cells.
+    for (name, text) in texts(&[3]) {
+        let holed = made(name, text);
+        let cells = cells_of(&holed);
+        assert_eq!((cells.own_points(), cells.own_cells()), (12, 2), "{name}");
+        assert_eq!((cells.solids().len(), cells.sources()), (1, &[1][..]), "{name}");
+        let said = holed.warnings.join("; ");
+        assert!(said.contains("1 cell with corners that lie nowhere"), "{name}: {said}");
+        let field = &holed.grid.fields[0];
+        let drawn = holed.grid.scalar(field, Component::Index(0), &Ticket::new());
+        assert!(drawn.unwrap_or_else(|error| panic!("{name}: {error}")).cells.is_some());
+    }
+    for (name, text) in texts(&(0..12).collect::<Vec<usize>>()) {
+        says(name, text, &["at least one point at a finite place", "12 points"]);
+    }
 }
 
 #[test]

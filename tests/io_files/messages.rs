@@ -241,7 +241,7 @@ fn vti_headers_that_contradict_themselves_are_quoted() {
     let with = |from: &str, to: &str| full.replace(from, to);
     says("a.vti", with("0 1 0 1 0 0", "0 1 0 1 0"), &["extent", "\"0 1 0 1 0\""]);
     says("a.vti", with("0 1 0 1 0 0", "0 1 1 0 0 0"), &["extent", "\"0 1 1 0 0 0\""]);
-    says("a.vti", with("UInt8", "String"), &["at least one array"]);
+    says("a.vti", with("UInt8", "String"), &["at least one array", "Float32 or Float64"]);
     says("a.vti", with("ascii", "morse"), &["ascii, binary or appended", "\"morse\""]);
     says("a.vti", with("1 2 3 4", "1 2    3"), &["4 numbers", "found 3"]);
     says("a.vti", with("1 2 3 4", "1 2 300 4"), &["uint8", "\"300\""]);

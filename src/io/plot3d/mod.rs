@@ -14,12 +14,12 @@ use std::sync::Arc;
 use self::layout::{Layout, Misfit, Numbers, Role};
 use super::bytes::{self, Endian, Progress};
 use super::error::{Problem, corrupt, header, quoted_bytes, truncated, unrecognised};
-use super::unstructured::{self, Part, field_of, kind};
+use super::unstructured::{self, Part, field_of};
 use super::{Format, Opened, axes, files};
 use crate::cells::Listing;
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
+use crate::volume::{Association, Field, Samples, ScalarType};
 
 /// Numbers of the flow at a point.
 const UNKNOWNS: usize = 5;
@@ -157,12 +157,14 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         if fields.is_empty() {
             fields.push(numbers(dims, &mut warnings));
         }
-        let shape = Shape::Curvilinear(Arc::from(std::mem::take(&mut part.listing.points)));
-        let grid = Grid::shaped(*dims, shape, fields)?;
+        let points = Arc::from(std::mem::take(&mut part.listing.points));
+        let block = (points, *dims);
+        let grid = unstructured::curvilinear(block, fields, &[], free_bytes, &mut warnings)?;
+        warnings.extend(unstructured::points_alone(&grid));
         return Ok(Opened::of(grid, Format::Plot3d, warnings));
     }
     for (part, dims) in parts.iter_mut().zip(&layout.blocks) {
-        add_cells(&mut part.listing, *dims);
+        unstructured::add_block(&mut part.listing, *dims);
     }
     if parts.len() > 1 {
         let count = parts.len();
@@ -321,37 +323,6 @@ fn of_flow(
         field_of("Momentum", on(3), unstructured::interleaved(&run(1, 4), 3)),
         field_of("StagnationEnergy", on(1), run(4, 5)),
     ])
-}
-
-/// The cells between a block's points: hexahedra, or squares where it is flat.
-fn add_cells(listing: &mut Listing, dims: [usize; 3]) {
-    let strides = [1, dims[0], dims[0] * dims[1]];
-    let wide: Vec<usize> =
-        (0..3).filter(|axis| dims[*axis] > 1).map(|axis| strides[axis]).collect();
-    let (corners, kind): (Vec<usize>, u8) = match wide[..] {
-        [x, y, z] => (vec![0, x, x + y, y, z, z + x, z + x + y, z + y], kind::HEXAHEDRON),
-        [x, y] => (vec![0, x, x + y, y], kind::QUAD),
-        [x] => (vec![0, x], kind::LINE),
-        _ => (vec![0], kind::VERTEX),
-    };
-    let cells = dims.map(|n| n.saturating_sub(1).max(1));
-    if listing.starts.is_empty() {
-        listing.starts.push(0);
-    }
-    for z in 0..cells[2] {
-        for y in 0..cells[1] {
-            for x in 0..cells[0] {
-                let first = x + y * strides[1] + z * strides[2];
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    reason = "fewer than 2^32 points were checked"
-                )]
-                listing.corners.extend(corners.iter().map(|corner| (first + corner) as u32));
-                listing.types.push(kind);
-                listing.starts.push(listing.corners.len());
-            }
-        }
-    }
 }
 
 /// Reads as much as is there, up to so many bytes.

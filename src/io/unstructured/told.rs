@@ -59,6 +59,15 @@ pub(super) fn flat_cells(types: &[u8]) -> Option<String> {
     }
 }
 
+/// What becomes of cells that are said to be nothing.
+pub(super) fn empty_cells(types: &[u8]) -> Option<String> {
+    let empty = types.iter().filter(|kind| **kind == kind::EMPTY).count();
+    (empty > 0).then(|| {
+        let verb = if empty == 1 { "is" } else { "are" };
+        format!("{} {verb} empty (VTK's type 0): left out", counted(empty, "cell"))
+    })
+}
+
 /// What becomes of points that lie nowhere, where no cell has them as corners, or only as points by themselves.
 pub(super) fn nowhere(listing: &Listing) -> Option<String> {
     let count = listing.points.iter().filter(|point| !point.is_finite()).count();

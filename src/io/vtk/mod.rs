@@ -117,7 +117,8 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         }
         Dataset::StructuredGrid => {
             let points = geometry.points.ok_or_else(|| missing("POINTS"))?;
-            Grid::shaped(dims, Shape::Curvilinear(axes::positions(&points)), fields)?
+            let block = (axes::positions(&points), dims);
+            unstructured::curvilinear(block, fields, &active, free_bytes, &mut warnings)?
         }
         Dataset::UnstructuredGrid | Dataset::PolyData => {
             let points = geometry.points.ok_or_else(|| missing("POINTS"))?;

@@ -1,6 +1,7 @@
 //! Unstructured grids and polygons: pieces of a file, or of the files that another one names, one after another.
 
-use std::path::Path;
+use std::collections::HashSet;
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use super::super::bytes::{self, Progress};
@@ -49,6 +50,22 @@ pub(super) fn read(
     Ok(Opened::of(grid, format, warnings))
 }
 
+/// Refuses a file that is named as two pieces, before any of them is read: its cells would lie in each other.
+fn refuse_twins(document: &Document<'_>) -> Result<(), Problem> {
+    let mut seen = HashSet::new();
+    for source in document.pieces.iter().filter_map(|piece| piece.source.as_deref()) {
+        let parts = Path::new(source).components().filter(|part| *part != Component::CurDir);
+        if !seen.insert(parts.collect::<PathBuf>()) {
+            return Err(header(
+                "a file of its own for every piece",
+                format!("the piece {} twice", quoted(source)),
+                "name each piece once",
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// The pieces in the files that a document names, beside it.
 #[expect(clippy::type_complexity, reason = "pieces, what they are, and their active arrays")]
 fn of_files(
@@ -58,6 +75,7 @@ fn of_files(
     free_bytes: u64,
     ticket: &Ticket,
 ) -> Result<(Vec<Part>, Format, Vec<(Association, String)>), Problem> {
+    refuse_twins(document)?;
     let (mut parts, mut active, mut format) = (Vec::new(), Vec::new(), Format::Vtu);
     let of = u32::try_from(document.pieces.len()).unwrap_or(u32::MAX);
     for (index, piece) in document.pieces.iter().enumerate() {

@@ -17,7 +17,7 @@ use self::pieces::Store;
 use self::xml::{Document, Kind};
 use super::bytes::Progress;
 use super::error::{Problem, header, quoted, truncated, unsupported};
-use super::{Format, Opened, axes, files};
+use super::{Format, Opened, axes, files, unstructured};
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::volume::{Field, Grid, Shape};
@@ -95,8 +95,11 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         // The others were read above.
         Kind::Structured | Kind::Unstructured | Kind::PolyData | Kind::Parallel => {
             let points = pieces::points(&document.pieces, &extent, &store, &mut progress)?;
-            let shape = Shape::Curvilinear(axes::positions(&points));
-            (Grid::shaped(dims, shape, fields)?, Format::Vts)
+            let block = (axes::positions(&points), dims);
+            let active = &document.active;
+            let grid = unstructured::curvilinear(block, fields, active, free_bytes, &mut warnings)?;
+            warnings.extend(unstructured::points_alone(&grid));
+            (grid, Format::Vts)
         }
     };
     Ok(Opened::of(grid, format, warnings))

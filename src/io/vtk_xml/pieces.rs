@@ -3,7 +3,7 @@
 use super::super::bytes::{self, Progress};
 use super::super::error::{Problem, header, quoted, truncated, unsupported};
 use super::data::{self, Appended, Packing};
-use super::xml::{Array, Document, Extent, Kind, Piece};
+use super::xml::{Array, Document, Extent, KNOWN_TYPES, Kind, Piece};
 use crate::volume::{Association, Samples, ScalarType};
 
 /// Where a file's numbers are, and how they are written.
@@ -62,7 +62,9 @@ pub(super) fn arrays<'d, 'a>(document: &'d Document<'a>) -> Result<Vec<&'d Array
         document.pieces.first().map(|piece| piece.arrays.iter().collect()).unwrap_or_default();
     if arrays.is_empty() {
         return Err(unsupported(
-            "at least one array of numbers on points or cells",
+            format!(
+                "at least one array of numbers on points or cells, of a type that is {KNOWN_TYPES}"
+            ),
             "none",
             "write the file again with its data",
         ));

@@ -13,6 +13,10 @@ use super::super::unstructured::Group;
 use super::data::Compressor;
 use crate::volume::{Association, ScalarType};
 
+/// Types of numbers that are read, as VTK calls them.
+pub(super) const KNOWN_TYPES: &str =
+    "Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32 or Float64";
+
 /// Where an array's numbers are, and how they are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Place<'a> {
@@ -415,8 +419,15 @@ impl<'a> Parser<'a> {
         let type_name = attribute(tag, "type")?.unwrap_or_default();
         // VTK's words are NumPy's with capitals.
         let Some(scalar_type) = ScalarType::from_name(&type_name.to_lowercase()) else {
+            if !matches!(section, Section::Data(_)) {
+                return Err(header(
+                    format!("a type of the array {} that is {KNOWN_TYPES}", quoted(&name)),
+                    quoted(&type_name),
+                    "correct the attribute, or write the file again",
+                ));
+            }
             self.warnings.push(format!(
-                "the array {} of type {} is ignored: it holds no numbers",
+                "the array {} of type {} is ignored: numbers are read of the types {KNOWN_TYPES}",
                 quoted(&name),
                 quoted(&type_name)
             ));
