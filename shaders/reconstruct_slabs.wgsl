@@ -10,6 +10,8 @@ const LOOK_EVERY: u32 = 8u;
 // Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 // lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
+// What is left of a slab that ends at the border of cells grows as so far within it, of its length.
+const INWARDS: f32 = 0.015625;
 // Whether small things lie in the pixel, that a single ray may miss.
 var<private> seeks_specks: bool;
 
@@ -117,7 +119,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                 var to_t = t_far;
                 var u_ends = vec2<f32>(u_near, u_far);
                 var u_middle = 0.5 * (u_near + u_far);
-                var g_middle = 0.5 * (g_near + g_far);
+                var g_middle = mean_growth(g_near, g_far);
                 let slab = slab_ahead(k, way, have);
                 if classify_middle {
                     from_t = t;
@@ -149,7 +151,18 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                         let slab = trimmed(origin, direction, Trimmed(vec2<f32>(t_near, t_far), u_ends));
                         from_t = slab.ts.x;
                         to_t = slab.ts.y;
-                        if SHADED && slab.us.x != NOTHING && u_near == u_far {
+                        if SHADED && kernel == CELLS && slab.us.x != NOTHING {
+                            // From within, where no rounding leaves it.
+                            let inwards = INWARDS * (to_t - from_t);
+                            var g = array(g_near, g_far);
+                            for (var i = 0u; i < 2u; i++) {
+                                if select(u_near, u_far, i == 1u) == NOTHING {
+                                    let end_t = select(from_t + inwards, to_t - inwards, i == 1u);
+                                    g[i] = slabs.table.y * growth_of_light(origin + direction * end_t);
+                                }
+                            }
+                            g_middle = mean_growth(g[0], g[1]);
+                        } else if SHADED && slab.us.x != NOTHING && u_near == u_far {
                             let middle = origin + direction * (0.5 * (from_t + to_t));
                             g_middle = slabs.table.y * growth_of_light(middle);
                         } else {

@@ -328,7 +328,7 @@ fn light_has_the_border_of_cells_as_float64_has_it() {
         let unit = field.cells().placed(solid).unit_from(world).expect("it holds it");
         let at = (solid, &field.cells().solids()[solid]);
         let expected = volume.lattice.axes().transpose() * lit.growth(at, unit);
-        let found = dispatch!(fearless_simd::Level::new(), simd => {
+        let found = dispatch!(Level::new(), simd => {
             let [x, y, z] = place.as_vec3().to_array();
             own.gradient(simd, Vec3::splat(simd, [x, y, z]), true).lane(3)
         });

@@ -20,6 +20,8 @@ use super::surfaces::{Ahead, Surfaces};
 use super::table::{Halves, Table};
 use crate::plan::EMPTY;
 
+/// What is left of a slab that ends at the border of cells grows as so far within it, of its length.
+const INWARDS: f32 = 1.0 / 64.0;
 /// Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 /// lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
@@ -361,7 +363,14 @@ impl Scene<'_> {
                         let growth = if is_shaded {
                             let a = near.growth(simd, (lattice, method, &self.levels), packet);
                             let b = far.growth(simd, (lattice, method, &self.levels), packet);
-                            Some(a.add(b).scaled(half))
+                            // A surface and its back are lit alike: at a border they do not cancel out.
+                            let is_turned = a.dot(b).simd_lt(all(simd, 0.0))
+                                & Mask::splat(
+                                    simd,
+                                    shader.is_of_borders && method == Method::Cells,
+                                );
+                            let b = b.scaled(choose(is_turned, -half, half));
+                            Some(b.at(a, half))
                         } else {
                             None
                         };
@@ -643,35 +652,48 @@ fn trim<S: Simd>(
     let [nearest, farthest, near_value, far_value] = near.border;
     let is_within = nearest.simd_ge(near.t) & farthest.simd_le(far.t) & nearest.simd_le(farthest);
     let (begins, ends) = (begins & is_within, ends & is_within);
-    // What is there grows as the other face does; between two that are not there, as in the middle.
-    if shader.is_some() {
+    let (is_near, is_far) = (any(begins), any(ends));
+    if let Some(shader) = shader {
         for face in [&mut *near, &mut *far] {
             face.growth(simd, (lattice, method, &None), packet);
         }
-    }
-    let mut known = (near.growth, far.growth);
-    let is_thin = begins & ends;
-    if let (Some(of_near), Some(of_far)) = (&mut known.0, &mut known.1)
-        && any(is_thin)
-    {
-        let middle = packet.at((nearest + farthest) * 0.5);
-        let middle = match (&lattice.own, shader) {
-            (Some(own), Some(shader)) => own.gradient(simd, middle, shader.is_of_borders),
-            _ => lattice.gradient(simd, method, middle),
-        };
-        for growth in [of_near, of_far] {
-            *growth = Vec3::choose(is_thin, middle, *growth);
+        if let (Some(own), Some(of_near), Some(of_far)) =
+            (&lattice.own, &mut near.growth, &mut far.growth)
+        {
+            let is_thin = begins & ends;
+            if method == Method::Cells {
+                // From within, where no rounding leaves it.
+                let length = choose(ends, farthest, far.t) - choose(begins, nearest, near.t);
+                let places = [
+                    (is_near, begins, nearest + length * INWARDS, &mut *of_near),
+                    (is_far, ends, farthest - length * INWARDS, &mut *of_far),
+                ];
+                for (is_any, is_moved, t, growth) in places {
+                    if is_any {
+                        let here = own.gradient(simd, packet.at(t), shader.is_of_borders);
+                        *growth = Vec3::choose(is_moved, here, *growth);
+                    }
+                }
+            } else {
+                // What is there grows as the other face does; between two that are not there, as in the middle.
+                let (near, far) = (*of_near, *of_far);
+                *of_near = Vec3::choose(begins, far, near);
+                *of_far = Vec3::choose(ends, near, far);
+                if any(is_thin) {
+                    let middle = packet.at((nearest + farthest) * 0.5);
+                    let middle = own.gradient(simd, middle, false);
+                    *of_near = Vec3::choose(is_thin, middle, *of_near);
+                    *of_far = Vec3::choose(is_thin, middle, *of_far);
+                }
+            }
         }
     }
-    for (face, is_moved, other, t, value) in
-        [(near, begins, known.1, nearest, near_value), (far, ends, known.0, farthest, far_value)]
+    for (face, is_moved, t, value) in
+        [(near, begins, nearest, near_value), (far, ends, farthest, far_value)]
     {
         face.t = choose(is_moved, t, face.t);
         face.u = choose(is_moved, table.cell(simd, value), face.u);
         face.is_there |= is_moved;
-        if let (Some(own), Some(other)) = (&mut face.growth, other) {
-            *own = Vec3::choose(is_moved, other, *own);
-        }
     }
 }
 

@@ -69,7 +69,11 @@ impl RayShader<'_> {
             Some(cells) if of_borders => cells.growth_for_light(place),
             _ => gradient(self.field, place),
         };
-        let sum: DVec3 = places.iter().map(|&t| growth(self.index.at(t))).sum();
+        let sum = places.iter().map(|&t| growth(self.index.at(t))).fold(DVec3::ZERO, |sum, own| {
+            // A surface and its back are lit alike: at a border they do not cancel out.
+            let is_turned = of_borders && self.field.cells.is_some() && sum.dot(own) < 0.0;
+            if is_turned { sum - own } else { sum + own }
+        });
         let seen = Seen {
             value,
             gradient: sum / places.len() as f64,

@@ -85,7 +85,7 @@ pub(super) fn read<R: BufRead>(
         points.push(place);
         elements.push(element);
         done += line.len() as u64;
-        if lines.line % 1024 == 0 {
+        if lines.line.is_multiple_of(1024) {
             ticket.checkpoint(done, len)?;
         }
     }
@@ -123,7 +123,7 @@ fn behind<R: BufRead>(
 ) -> Result<Option<String>, Problem> {
     let (mut molecules, mut others, mut left) = (0, 0, 0_u64);
     while let Some(line) = lines.any()? {
-        if lines.line % 1024 == 0 {
+        if lines.line.is_multiple_of(1024) {
             ticket.checkpoint(len, len)?;
         }
         match count_of(&line) {
