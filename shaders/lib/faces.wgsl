@@ -26,7 +26,10 @@ fn face(position: vec3<f32>) -> Face {
 }
 
 fn face_of_cells(position: vec3<f32>) -> Face {
-    let found = cell_at(position);
+    return face_in(cell_at(position));
+}
+
+fn face_in(found: InCell) -> Face {
     let stored = value_in(found);
     let u = select(slabs.table.x + slabs.table.y * stored, NOTHING, stored == NOTHING);
     return Face(vec2<f32>(u, 0.0), slabs.table.y * growth_in(found));
