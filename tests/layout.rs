@@ -8,6 +8,7 @@ use std::path::Path;
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, ShaderStage, Type, TypeInner};
+use voxsplat::cells::CellField;
 use voxsplat::gpu::layout::{self, COUNT_HEADER_WORDS, RECORD_WORDS, SEGMENT_THREADS};
 use voxsplat::gpu::shader::{self, Shader};
 use voxsplat::hierarchy::EMPTY_BRICK;
@@ -148,7 +149,7 @@ fn host_structs() -> [HostStruct; 15] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 22] {
+fn host_constants() -> [(&'static str, f64); 23] {
     [
         ("BRICK", BRICK as f64),
         ("MARK_SIDE", MARK_SIDE as f64),
@@ -164,6 +165,7 @@ fn host_constants() -> [(&'static str, f64); 22] {
         ("LAYERS", f64::from(layout::LAYERS)),
         ("LOOK_EVERY", f64::from(layout::LOOK_EVERY)),
         ("LIFT_CELLS", layout::LIFT_CELLS),
+        ("LEVEL_SLACK", CellField::LEVEL_SLACK),
         ("SHADE_CELLS", f64::from(layout::SHADE_CELLS)),
         ("LAYER_SLABS", f64::from(layout::LAYER_SLABS)),
         ("GROUP_TILES", f64::from(layout::GROUP_TILES)),

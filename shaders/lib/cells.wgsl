@@ -159,6 +159,39 @@ fn weight_of(kind: u32, corner: u32, unit: vec3<f32>) -> f32 {
     return ring[corner & 3u] * select(unit.z, below, corner < 4u);
 }
 
+// Of the range of a cell's stored values, how much one may be off a level that the field still has there, as
+// `cells::CellField::slack` defines it.
+const LEVEL_SLACK: f32 = 0.0625;
+
+// How far the stored value in a cell may be off a level that the field has there.
+fn slack_in(found: InCell) -> f32 {
+    if found.record == 0u {
+        return 0.0;
+    }
+    let kind = kind_of(found.record);
+    var least = 0.0;
+    var most = 0.0;
+    if kind == TETRAHEDRON {
+        let growth = triple(found.record + 15u);
+        least = min(0.0, min(growth.x, min(growth.y, growth.z)));
+        most = max(0.0, max(growth.x, max(growth.y, growth.z)));
+    } else {
+        least = number(found.record + 26u);
+        most = least;
+        // Where t is 1 a pyramid has one value, whatever r and s are.
+        for (var i = 1u; i < 8u; i++) {
+            if kind == WEDGE && (i & 3u) == 3u {
+                continue;
+            }
+            let corner = vec3<f32>(vec3<u32>(i & 1u, (i >> 1u) & 1u, i >> 2u));
+            let at_corner = value_in(InCell(found.record, corner));
+            least = min(least, at_corner);
+            most = max(most, at_corner);
+        }
+    }
+    return (LEVEL_SLACK + max(number(found.record + 1u), 0.0)) * (most - least);
+}
+
 // What values grow by per index at a place of a cell, as recovered at its corners.
 fn growth_in(found: InCell) -> vec3<f32> {
     if found.record == 0u {

@@ -42,7 +42,10 @@ fn growth_of_light(position: vec3<f32>) -> vec3<f32> {
 }
 
 fn face_of_cells(position: vec3<f32>) -> Face {
-    let found = cell_at(position);
+    return face_in(cell_at(position));
+}
+
+fn face_in(found: InCell) -> Face {
     let stored = value_in(found);
     let u = select(slabs.table.x + slabs.table.y * stored, NOTHING, stored == NOTHING);
     if growth == OF_LIT_CELLS {

@@ -4,8 +4,16 @@
 // Times that the field is asked where it passes: by the secant, of whose ends the older counts for half
 // once the other was moved twice (the Illinois rule).
 const ROOT_STEPS: u32 = 7u;
+// Times that a slab is halved then, where the field does not have the level at the place that was found.
+const HALVINGS: u32 = 20u;
+// Cells of the table by which single precision may be off.
+const ROUNDING: f32 = 1e-3;
+// Less than any value: where cells leave a gap there is none.
+const FAR_BELOW: f32 = -1e30;
 
 override levels: u32 = 0u;
+// Whether the field is of cells with values on their points, which may jump past levels that it has nowhere.
+override may_jump: bool = false;
 
 fn level_count() -> u32 {
     return levels;
@@ -30,10 +38,33 @@ fn meet_levels(
             var t = 0.0;
             var side = 0;
             var here: Face;
-            for (var n = 0u; n < ROOT_STEPS; n++) {
+            var is_had = !may_jump;
+            // One loop, so that a compiler holds the search for a cell once.
+            for (var n = 0u; n < ROOT_STEPS + select(0u, HALVINGS, may_jump); n++) {
                 t = begin.x - begin.y * (end.x - begin.x) / (end.y - begin.y);
-                here = face(ray.origin + ray.direction * t);
+                if may_jump && n >= ROOT_STEPS {
+                    if n == ROOT_STEPS {
+                        begin = vec2<f32>(ts.x, u.x - level.w);
+                        end = vec2<f32>(ts.y, u.y - level.w);
+                    }
+                    t = 0.5 * (begin.x + end.x);
+                }
+                let place = ray.origin + ray.direction * t;
+                var in_cell = InCell(0u, vec3<f32>(0.0));
+                if may_jump {
+                    in_cell = cell_at(place);
+                    here = face_in(in_cell);
+                    here.value.x = max(here.value.x, FAR_BELOW);
+                } else {
+                    here = face(place);
+                }
                 let off = here.value.x - level.w;
+                if may_jump && n + 1u >= ROOT_STEPS {
+                    is_had = abs(off) <= abs(slabs.table.y) * slack_in(in_cell) + ROUNDING;
+                    if is_had {
+                        break;
+                    }
+                }
                 let before = (off < 0.0) == (begin.y < 0.0);
                 end.y = select(end.y, 0.5 * end.y, before && side == 1);
                 begin.y = select(begin.y, 0.5 * begin.y, !before && side == -1);
@@ -41,8 +72,12 @@ fn meet_levels(
                 end = select(end, vec2<f32>(t, off), !before);
                 side = select(-1, 1, before);
                 if off == 0.0 {
+                    is_had = true;
                     break;
                 }
+            }
+            if !is_had {
+                continue;
             }
             let in_hole = has_holes && is_hole(ray.origin + ray.direction * t);
             if growth == OF_LIT_CELLS {

@@ -118,6 +118,24 @@ impl CellField {
         own.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)])
     }
 
+    /// Of a number's range in a solid, how much one found there may be off a level that the field still has: see
+    /// [`Self::slack`].
+    pub const LEVEL_SLACK: f64 = 1.0 / 16.0;
+
+    /// How far a number at a place of a solid may be off a level that is passed there, for the field to have that level
+    /// rather than jump past it. `rim` is how far outside the solid counts as inside, in units of it.
+    ///
+    /// An isosurface is where the field has its level. Where cells overlap the field jumps: a ray finds a number below the level,
+    /// and behind it one above, however close together it looks. What runs on has numbers as near to the level as anybody
+    /// looks; what jumps has those of its two sides. So a number counts as the level where it is no further off than a share
+    /// of its range in the solid about it. Neighbours whose faces are not quite the same then leave no slits in a surface,
+    /// and what a jump adds to one is no longer than that share of a cell. Within the rim numbers are those of the border,
+    /// which of thin solids is a good part of them.
+    pub fn slack(&self, solid: usize, rim: f64) -> f64 {
+        let [least, most] = self.range_in(solid);
+        (Self::LEVEL_SLACK + rim) * (most - least)
+    }
+
     /// Least and greatest number of the solids that are there; `None` where none is.
     pub fn range(&self) -> Option<[f64; 2]> {
         let none = || [f64::INFINITY, f64::NEG_INFINITY];

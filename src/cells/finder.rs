@@ -3,12 +3,17 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::{Cells, Listed};
+use super::{Cells, Kind, Listed};
 use crate::core::progress::{Cancelled, Ticket};
 
 /// Steps along the longest side of the box about all cells, which lists are made in.
 const STEPS: f64 = 256.0;
+/// Solids looked at between two looks at the ticket.
+const A_PART: usize = 1 << 12;
+/// Nearer to its border, in units of a solid, a place is not said to be inside it: rounding may have taken it there.
+const BORDER: f64 = 1e-3;
 
 /// Finds the solid about places of the world, by lists of those near each.
 #[derive(Debug, Clone)]
@@ -47,5 +52,59 @@ impl Finder {
             let solid = *solid as usize;
             Some((solid, self.cells.placed(solid).unit_from(place)?))
         })
+    }
+
+    /// How many of the file's cells overlap others deeply: the middle of one of their solids lies inside another cell. Takes
+    /// about as long as the lists.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn overlapping(&self, ticket: &Ticket) -> Result<usize, Cancelled> {
+        let count = self.cells.solids().len();
+        let of_part = |part: usize| -> Result<Vec<u32>, Cancelled> {
+            if ticket.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let solids = part * A_PART..((part + 1) * A_PART).min(count);
+            let found = solids.filter(|solid| self.is_inside_another(*solid));
+            Ok(found.map(|solid| self.cells.sources()[solid]).collect())
+        };
+        let found: Vec<Vec<u32>> =
+            (0..count.div_ceil(A_PART)).into_par_iter().map(of_part).collect::<Result<_, _>>()?;
+        // The solids of a cell follow one another.
+        let mut found = found.concat();
+        found.dedup();
+        Ok(found.len())
+    }
+
+    /// Whether the middle of a solid lies inside a solid of another cell.
+    fn is_inside_another(&self, solid: usize) -> bool {
+        let sources = self.cells.sources();
+        let placed = self.cells.placed(solid);
+        let middle = placed.at(placed.kind().middle()).0;
+        let near = self.listed.near((middle - self.low) / self.step);
+        let holds = |other: &u32| {
+            let other = *other as usize;
+            sources[other] != sources[solid] && self.is_inside(other, middle)
+        };
+        near.iter().any(holds) && !placed.is_flat()
+    }
+
+    /// Whether a place is inside a solid with volume, and not at its border.
+    fn is_inside(&self, solid: usize, place: DVec3) -> bool {
+        let (own, points) = (&self.cells.solids()[solid], self.cells.points());
+        // Most of those near are beside it, which their boxes say soonest.
+        let corners = || own.corners().iter().map(|corner| points[*corner as usize]);
+        let low = corners().fold(DVec3::INFINITY, DVec3::min);
+        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        if place.cmplt(low).any() || place.cmpgt(high).any() {
+            return false;
+        }
+        let placed = own.placed(points);
+        let unit = match placed.kind() {
+            Kind::Tetrahedron => placed.unit_by(&placed.rows(), place),
+            _ => placed.unit_from(place),
+        };
+        unit.is_some_and(|unit| placed.kind().beyond(unit) < -BORDER) && !placed.is_flat()
     }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::core::progress::Ticket;
+use crate::core::progress::{Cancelled, Ticket};
 use glam::DMat3;
 
 /// The corners of a unit cube in VTK's order.
@@ -490,4 +490,39 @@ fn solids_beside_numbers_that_are_not_finite_are_nowhere() {
     let field = CellField::new(cells, On::Points, own);
     assert_eq!((field.is_there(0), field.is_there(1)), (true, false));
     assert_eq!(field.range(), Some([0.0, 10.0]));
+}
+
+#[test]
+fn cells_with_their_middle_inside_another_are_counted_and_no_others() {
+    let overlapping = |cells: &Arc<Cells>| {
+        let finder = Finder::new(cells, |_| true, &Ticket::new()).unwrap();
+        finder.overlapping(&Ticket::new()).unwrap()
+    };
+    assert_eq!(overlapping(&waves([7, 6, 5])), 0, "neighbours share faces");
+    let cubes = |offsets: &[DVec3]| {
+        let mut of = Listing { starts: vec![0], ..Listing::default() };
+        for offset in offsets {
+            let first = u32::try_from(of.points.len()).unwrap();
+            of.points.extend(CUBE.map(|corner| DVec3::from(corner) + *offset));
+            of.types.push(12);
+            of.corners.extend(first..first + 8);
+            of.starts.push(of.corners.len());
+        }
+        Arc::new(Cells::new(of).unwrap())
+    };
+    let apart = DVec3::new(3.0, 0.0, 0.0);
+    assert_eq!(
+        overlapping(&cubes(&[DVec3::ZERO, DVec3::X, apart])),
+        0,
+        "one ends where one begins"
+    );
+    let little = DVec3::new(0.3, 0.2, 0.1);
+    assert_eq!(overlapping(&cubes(&[DVec3::ZERO, little, apart])), 2, "each is in the other");
+    assert_eq!(overlapping(&cubes(&[DVec3::ZERO, apart, apart])), 2, "twice the same");
+    // More than half of it beside: their middles are not in one another.
+    assert_eq!(overlapping(&cubes(&[DVec3::ZERO, 0.6 * DVec3::X])), 0);
+    let ticket = Ticket::new();
+    let finder = Finder::new(&cubes(&[DVec3::ZERO, little]), |_| true, &ticket).unwrap();
+    ticket.cancel();
+    assert_eq!(finder.overlapping(&ticket), Err(Cancelled));
 }

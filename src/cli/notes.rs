@@ -75,8 +75,13 @@ impl Causes {
             }
             0 => format!(
                 "nothing can be seen in the picture, as {} opacity; look at --opacity and at the range of the data, \
-                 which `voxsplat info` tells",
-                self.drawn_as.map_or("no voxel has".to_owned(), |what| format!("none of the {what} have"))
+                 which `voxsplat info` tells{}",
+                // Where cells overlap, those that are not drawn may have some.
+                self.drawn_as.map_or("no voxel has".to_owned(), |what| format!("nothing that is drawn of the {what} has")),
+                match self.drawn_as {
+                    Some("cells") => ", and whether cells overlap, of which the first is drawn",
+                    _ => "",
+                }
             ),
             _ if self.has_flat_cells => {
                 "nothing can be seen in the picture, as no cell has any volume; embed the file as polygons (--mesh) to \
@@ -194,7 +199,9 @@ mod tests {
         let on_cells = Causes { drawn_as: Some("cells"), ..plain };
         let (none, some) = (on_cells.nothing_seen(0), on_cells.nothing_seen(208));
         assert!(
-            none.contains("none of the cells have") && some.contains("though the cells have"),
+            none.contains("nothing that is drawn of the cells has opacity")
+                && none.ends_with("whether cells overlap, of which the first is drawn")
+                && some.contains("though the cells have"),
             "{some}"
         );
         assert!(!none.contains("voxel") && !some.contains("voxel"), "{none}");

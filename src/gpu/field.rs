@@ -6,6 +6,7 @@ use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
 use super::{cells, functions};
+use crate::cells::On;
 use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{EMPTY_BRICK, distances, widen};
 use crate::kernel::{BOUND_BRICK, Bounds, Coefficients, Kernel, Weighs, mirrored};
@@ -41,6 +42,8 @@ pub(super) struct DeviceField {
     /// Of basis functions, which stand in the place of coefficients: samples along the edge of a cell, and what they look
     /// like.
     pub functions: Option<(usize, Basis)>,
+    /// It is of cells with values on their points, which may jump where cells overlap.
+    pub may_jump: bool,
     pub chunks: Vec<wgpu::Buffer>,
     /// Words in each chunk but the last.
     pub chunk_words: u32,
@@ -225,6 +228,7 @@ impl DeviceField {
             kernel,
             extent,
             functions: listed.map(|listed| (listed.edge, listed.basis)),
+            may_jump: cells.is_some_and(|field| field.on() == On::Points),
             chunks,
             chunk_words: chunk_words as u32,
             format,

@@ -389,6 +389,9 @@ impl SlabPass {
             ("back_to_front", flag(settings.order == Order::BackToFront)),
         ];
         constants.extend(looks.inside.constants());
+        if looks.inside.levels > 0 && field.may_jump {
+            constants.push(("may_jump", 1.0));
+        }
         if let Some(shade) = &looks.shade {
             constants.extend(shade.constants());
             constants.push(match settings.kernel {

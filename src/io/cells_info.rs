@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::cells::Cells;
+use crate::cells::{Cells, Finder};
+use crate::core::{Cancelled, Ticket};
 
 /// The cells of an unstructured grid.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,6 +23,8 @@ pub struct CellsInfo {
     pub flat_cells: usize,
     /// Pieces of cells whose points go round the other way.
     pub inverted_cells: usize,
+    /// Cells whose middle, or that of one of their pieces, lies inside another cell.
+    pub overlapping_cells: usize,
     /// Cells with corners that lie nowhere, which are left out.
     pub left_out_cells: usize,
     /// The volume of all solid cells; what is inverted counts as negative.
@@ -28,22 +32,35 @@ pub struct CellsInfo {
 }
 
 impl CellsInfo {
-    pub(super) fn of(cells: &Cells) -> Self {
+    /// What is told of cells; which of them overlap takes lists of all.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn of(cells: &Arc<Cells>, ticket: &Ticket) -> Result<Self, Cancelled> {
         let census = cells.census();
         let mut cell_kinds = BTreeMap::new();
         for (kind, count) in &census.by_type {
             *cell_kinds.entry(kind_name(*kind)).or_default() += count;
         }
-        Self {
+        Ok(Self {
             cells: cells.own_cells(),
             cell_kinds,
             split_cells: census.split,
             flat_cells: census.flat,
             inverted_cells: census.inverted,
+            overlapping_cells: overlapping(cells, ticket)?,
             left_out_cells: census.not_finite,
             total_volume: total_volume(cells),
-        }
+        })
     }
+}
+
+/// How many cells overlap others. Nothing but `info` asks, as lists of a million cells take a good part of a second.
+fn overlapping(cells: &Arc<Cells>, ticket: &Ticket) -> Result<usize, Cancelled> {
+    if cells.solids().len() < 2 {
+        return Ok(0);
+    }
+    Finder::new(cells, |_| true, ticket)?.overlapping(ticket)
 }
 
 /// Volumes summed up in a fixed order.
@@ -117,6 +134,10 @@ impl fmt::Display for CellsInfo {
             (self.split_cells, "split into simpler ones, within which what is curved is straight"),
             (self.flat_cells, "without volume"),
             (self.inverted_cells, "inverted"),
+            (
+                self.overlapping_cells,
+                "with their middle inside another: where cells overlap, the first one is drawn",
+            ),
             (self.left_out_cells, "left out, with corners that lie nowhere"),
         ];
         for (count, what) in told.into_iter().filter(|(count, _)| *count > 0) {

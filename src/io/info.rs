@@ -210,7 +210,10 @@ pub fn describe_grid(
         coordinates,
         bounds: bounds(&grid.shape),
         points: unstructured.map(|cells| cells.own_points()),
-        cells: unstructured.filter(|_| !grid.are_points_alone()).map(|cells| CellsInfo::of(cells)),
+        cells: unstructured
+            .filter(|_| !grid.are_points_alone())
+            .map(|cells| CellsInfo::of(cells, ticket))
+            .transpose()?,
         space: grid.space.clone(),
         unit: grid.unit.clone(),
         fields: fields.collect::<Result<_, _>>()?,

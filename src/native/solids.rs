@@ -15,7 +15,7 @@ use super::rays::{Packet, Rays};
 use super::sums::Asked;
 use super::supports::NotBegun;
 use super::window::Here;
-use crate::cells::{self, CellField, Kind, Listed, Placed, Rim};
+use crate::cells::{self, CellField, Kind, Listed, On, Placed, Rim};
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::Bounds;
 use crate::volume::Lattice;
@@ -412,6 +412,50 @@ impl Solids {
                     },
                 );
                 Here { value, growth }
+            },
+        )
+    }
+
+    /// Whether values may jump past a level that they have nowhere: those on points, where cells overlap. Values of cells jump
+    /// at every face, where their isosurfaces are.
+    pub(super) fn may_jump(&self) -> bool {
+        self.field.on() == On::Points
+    }
+
+    /// The values at places that count, and how far they may be off a level that the field has there ([`CellField::slack`]).
+    #[inline(never)]
+    pub(super) fn with_slack<S: Simd>(
+        &self,
+        simd: S,
+        of: (Vec3<S>, Mask<S>),
+    ) -> (Lanes<S>, Lanes<S>) {
+        let widest = |rims: &[f32]| rims.iter().fold(0.0_f32, |most, rim| most.max(*rim));
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let (mut found, mut slack) = (all(simd, NOTHING), all(simd, 0.0));
+                self.each(
+                    simd,
+                    of,
+                    #[inline(always)]
+                    |solid, within, unit| {
+                        let (value, rim) = match self.solids[solid as usize] {
+                            Solid::Straight(i) => {
+                                let own = &self.straight[i as usize];
+                                (own.value(simd, unit), widest(&own.rims))
+                            }
+                            Solid::Bent(i) => {
+                                let own = &self.bent[i as usize];
+                                (own.value(simd, unit), widest(&own.rims))
+                            }
+                            Solid::Nothing => (found, 0.0),
+                        };
+                        let own = self.field.slack(solid as usize, f64::from(rim));
+                        found = choose(within, value, found);
+                        slack = choose(within, all(simd, narrow(own)), slack);
+                    },
+                );
+                (found, slack)
             },
         )
     }

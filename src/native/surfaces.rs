@@ -19,6 +19,10 @@ const MOST_MET: usize = 13;
 /// Times that the field is asked where it passes a level: by the secant, of whose ends the older counts for half
 /// once the other was moved twice (the Illinois rule).
 const ROOT_STEPS: usize = 7;
+/// Times that a slab is halved then, of cells, where the field does not have the level at the place that was found.
+const HALVINGS: usize = 20;
+/// Cells of the table by which single precision may be off.
+const ROUNDING: f32 = 1e-3;
 
 /// The surfaces of a scene, in the index space of a field.
 #[derive(Debug, Clone, Default)]
@@ -235,7 +239,6 @@ impl Surfaces {
             if !any(passes) {
                 continue;
             }
-            is_met = true;
             let zero = all(simd, 0.0);
             let (mut t0, mut u0) = (ts[0], cells[0] - level);
             let (mut t1, mut u1) = (ts[1], cells[1] - level);
@@ -264,6 +267,18 @@ impl Surfaces {
                     break;
                 }
             }
+            let mut passes = passes;
+            if method == Method::Cells
+                && let Some(Own::Cells(solids)) = &lattice.own
+                && solids.may_jump()
+            {
+                let of = (level, cells[0].simd_lt(level), passes);
+                (t, passes) = where_had(simd, (solids, table), packet, of, (ts, t));
+                if !any(passes) {
+                    continue;
+                }
+            }
+            is_met = true;
             let place = packet.at(t);
             let growth = lattice.gradient(simd, method, place);
             let seen = light.of_surface(simd, (rays, packet), growth, colour);
@@ -278,6 +293,46 @@ impl Surfaces {
         }
         is_met
     }
+}
+
+/// Of rays that pass a level between two depths, those on which the field has it rather than jumps past it
+/// (`cells::CellField::slack`), and where: at `found`, or else where halving the slab comes to it. Not inlined: few ask.
+#[inline(never)]
+fn where_had<S: Simd>(
+    simd: S,
+    (cells, table): (&Solids, &Table),
+    packet: &Packet<S>,
+    (level, begins_below, passes): (Lanes<S>, Mask<S>, Mask<S>),
+    (ends, found): ([Lanes<S>; 2], Lanes<S>),
+) -> (Lanes<S>, Mask<S>) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let [mut begin, mut end] = ends;
+            let (mut t, mut at) = (found, found);
+            let mut is_had = Mask::splat(simd, false);
+            for turn in 0..=HALVINGS {
+                let open = passes & !is_had;
+                let (stored, slack) = cells.with_slack(simd, (packet.at(at), open));
+                let off = table.cell(simd, stored) - level;
+                let slack = slack * table.scale.abs() + ROUNDING;
+                let here = open & off.abs().simd_le(slack);
+                t = choose(here, at, t);
+                is_had |= here;
+                if !any(open & !here) {
+                    break;
+                }
+                // What the secant found may lie anywhere: where cells leave a gap there is no value.
+                if turn > 0 {
+                    let before = !(off.simd_lt(all(simd, 0.0)) ^ begins_below);
+                    begin = choose(before, at, begin);
+                    end = choose(before, end, at);
+                }
+                at = (begin + end) * 0.5;
+            }
+            (t, is_had)
+        },
+    )
 }
 
 /// How many of the four places half a pixel beside one on a plane lie in another of the file's cells. Not inlined: few ask.

@@ -121,6 +121,16 @@ impl Cells {
         self.find(place).map(|(solid, unit)| self.field.value(solid, unit))
     }
 
+    /// Whether the field has a level at a place at which it is passed. Numbers of cells have theirs up to their faces, where the
+    /// surface is.
+    pub(super) fn has_level(&self, place: DVec3, level: f64) -> bool {
+        self.field.on() == On::Cells
+            || self.find(place).is_some_and(|(solid, unit)| {
+                let off = (self.field.value(solid, unit) - level).abs();
+                off <= self.field.slack(solid, Placed::RIM)
+            })
+    }
+
     /// The value at a place of one cell; `None` beyond its faces.
     pub(super) fn value_in(&self, solid: usize, place: DVec3) -> Option<f64> {
         self.placed(solid).unit_from(place).map(|unit| self.field.value(solid, unit))

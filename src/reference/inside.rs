@@ -3,6 +3,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
+use super::cells::Cells;
 use super::classes::Classes;
 use super::field::Field;
 use super::quadrature::Density;
@@ -233,7 +234,7 @@ impl Opening {
 }
 
 /// Where the field passes a level on a part of a ray: looked for between places close together, and
-/// halved until nothing is left to halve.
+/// halved until nothing is left to halve. Where cells overlap it may jump past one, which is no place.
 fn passes(field: &Field, line: &Line, level: f64, [a, b]: [f64; 2]) -> Vec<f64> {
     /// A voxel, or less, is asked so often.
     const LOOKS: f64 = 24.0;
@@ -264,7 +265,12 @@ fn passes(field: &Field, line: &Line, level: f64, [a, b]: [f64; 2]) -> Vec<f64> 
                 _ => high = middle,
             }
         }
-        found.push(f64::midpoint(low, high));
+        // What jumps has it on neither side.
+        let is_had =
+            |cells: &Cells| [low, high].iter().any(|t| cells.has_level(line.at(*t), level));
+        if field.cells.as_ref().is_none_or(is_had) {
+            found.push(f64::midpoint(low, high));
+        }
     }
     found
 }

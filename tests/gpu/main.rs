@@ -19,6 +19,7 @@ mod hard_values;
 mod inside;
 mod invariants;
 mod judging;
+mod jumps;
 mod layered_truth;
 mod long_lists;
 mod long_rays;

@@ -781,3 +781,19 @@ fn files_of_nothing_of_one_and_of_nowhere() {
         drop(open(&path, &OpenOptions::default(), &Ticket::new()));
     }
 }
+
+/// Two tetrahedra, the second a little beside the first: the middle of each is inside the other.
+#[test]
+fn cells_inside_others_are_told() {
+    let both = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n\
+        0 0 0 1 0 0 0 1 0 0 0 1 0.05 0.05 0.05 1.05 0.05 0.05 0.05 1.05 0.05 0.05 0.05 1.05\n\
+        CELLS 2 10\n4 0 1 2 3\n4 4 5 6 7\nCELL_TYPES 2\n10 10\n";
+    let told = |text: &str| describe(&made("a.vtk", text), &Ticket::new()).unwrap();
+    let info = told(both);
+    assert_eq!(info.cells.as_ref().unwrap().overlapping_cells, 2);
+    let text = info.to_string();
+    assert!(text.contains("2 with their middle inside another"), "{text}");
+    let apart = told(&both.replace("1.05", "9").replace("0.05", "8"));
+    assert_eq!(apart.cells.as_ref().unwrap().overlapping_cells, 0);
+    assert!(!apart.to_string().contains("inside another"), "{apart}");
+}

@@ -2,6 +2,7 @@
 //! way.
 
 mod beside;
+mod jumps;
 mod within;
 
 use std::sync::Arc;
