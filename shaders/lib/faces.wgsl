@@ -21,7 +21,7 @@ fn face(position: vec3<f32>) -> Face {
     if growth == OF_FUNCTIONS {
         return face_of_functions(position);
     }
-    if growth == OF_CELLS || growth == OF_LIT_CELLS {
+    if growth >= OF_CELLS {
         return face_of_cells(position);
     }
     return face_by_differences(position);

@@ -42,12 +42,12 @@ fn meet_levels(
             // One loop, so that a compiler holds the search for a cell once.
             for (var n = 0u; n < ROOT_STEPS + select(0u, HALVINGS, may_jump); n++) {
                 t = begin.x - begin.y * (end.x - begin.x) / (end.y - begin.y);
-                if may_jump && n >= ROOT_STEPS {
+                if may_jump {
                     if n == ROOT_STEPS {
                         begin = vec2<f32>(ts.x, u.x - level.w);
                         end = vec2<f32>(ts.y, u.y - level.w);
                     }
-                    t = 0.5 * (begin.x + end.x);
+                    t = select(t, 0.5 * (begin.x + end.x), n >= ROOT_STEPS);
                 }
                 let place = ray.origin + ray.direction * t;
                 var in_cell = InCell(0u, vec3<f32>(0.0));
@@ -59,10 +59,13 @@ fn meet_levels(
                     here = face(place);
                 }
                 let off = here.value.x - level.w;
-                if may_jump && n + 1u >= ROOT_STEPS {
-                    is_had = abs(off) <= abs(slabs.table.y) * slack_in(in_cell) + ROUNDING;
-                    if is_had {
-                        break;
+                // Nested, so that it is left out of what never jumps.
+                if may_jump {
+                    if n + 1u >= ROOT_STEPS {
+                        is_had = abs(off) <= abs(slabs.table.y) * slack_in(in_cell) + ROUNDING;
+                        if is_had {
+                            break;
+                        }
                     }
                 }
                 let before = (off < 0.0) == (begin.y < 0.0);
@@ -82,7 +85,7 @@ fn meet_levels(
             let in_hole = has_holes && is_hole(ray.origin + ray.direction * t);
             if growth == OF_LIT_CELLS {
                 // A surface of values is turned as these grow, at the border, too.
-                here.gradient = slabs.table.y * stored_growth(ray.origin + ray.direction * t);
+                here.gradient = slabs.table.y * growth_in(cell_at(ray.origin + ray.direction * t));
             }
             let found = facing(here.gradient);
             let along = (shade.right.xyz * screen.x + shade.up.xyz * screen.y) * shade.up.w;

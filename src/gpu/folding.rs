@@ -11,9 +11,9 @@ use wgpu::naga::back::pipeline_constants::process_overrides;
 use wgpu::naga::compact::{KeepUnused, compact};
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 use wgpu::naga::{
-    Arena, ArraySize, BinaryOperator, Block, Expression, Function, GlobalVariable, Handle,
-    ImageQuery, Literal, LocalVariable, Module, Range, Span, Statement, SwitchCase, TypeInner,
-    UnaryOperator,
+    Arena, ArraySize, BinaryOperator, Block, Constant, Expression, Function, GlobalVariable,
+    Handle, ImageQuery, Literal, LocalVariable, Module, Range, Span, Statement, SwitchCase,
+    TypeInner, UnaryOperator,
 };
 
 /// The module of a text with the values of its overrides, where all of it holds: else the driver's own checks tell what does
@@ -26,11 +26,19 @@ pub(super) fn folded(source: &str, constants: &[(&str, f64)]) -> Option<Module> 
         constants.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
     let (module, settled_info) = process_overrides(&module, &info, None, &constants).ok()?;
     let mut module = module.into_owned();
-    for (_, function) in module.functions.iter_mut() {
-        fold(function);
+    let Module { constants, global_expressions, functions, entry_points, .. } = &mut module;
+    let truths: HashMap<Handle<Constant>, bool> = constants
+        .iter()
+        .filter_map(|(constant, own)| match global_expressions[own.init] {
+            Expression::Literal(Literal::Bool(value)) => Some((constant, value)),
+            _ => None,
+        })
+        .collect();
+    for (_, function) in functions.iter_mut() {
+        fold(function, &truths);
     }
-    for entry in &mut module.entry_points {
-        fold(&mut entry.function);
+    for entry in entry_points {
+        fold(&mut entry.function, &truths);
     }
     // What is left once nothing unused is.
     let mut left = module.clone();
@@ -93,12 +101,13 @@ fn touch(module: &mut Module, entry: usize, global: Handle<GlobalVariable>) {
 }
 
 /// Takes branches away that are never taken, until there are no more.
-fn fold(function: &mut Function) {
+fn fold(function: &mut Function, truths: &HashMap<Handle<Constant>, bool>) {
     // Names of results would keep what was called.
     function.named_expressions.clear();
     loop {
         let known = Known {
             expressions: &function.expressions,
+            truths,
             locals: locals(&function.body, &function.expressions, &function.local_variables),
         };
         let mut body = std::mem::take(&mut function.body);
@@ -114,6 +123,8 @@ fn fold(function: &mut Function) {
 /// What is known before a function runs.
 struct Known<'a> {
     expressions: &'a Arena<Expression>,
+    /// Constants, which overrides are once they are settled, that are true or false.
+    truths: &'a HashMap<Handle<Constant>, bool>,
     /// Variables that never have but one value: `a && b` leaves such, where a is false.
     locals: HashMap<Handle<LocalVariable>, bool>,
 }
@@ -122,6 +133,7 @@ impl Known<'_> {
     fn truth(&self, condition: Handle<Expression>) -> Option<bool> {
         match &self.expressions[condition] {
             Expression::Literal(Literal::Bool(value)) => Some(*value),
+            Expression::Constant(constant) => self.truths.get(constant).copied(),
             Expression::Load { pointer } => match &self.expressions[*pointer] {
                 Expression::LocalVariable(local) => self.locals.get(local).copied(),
                 _ => None,

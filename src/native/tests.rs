@@ -316,7 +316,7 @@ fn light_has_the_border_of_cells_as_float64_has_it() {
     let own = lattice.own.as_ref().expect("cells");
     let lit = field.shading_normals(&Ticket::new()).expect("not cancelled");
     let strength = lit.normals().iter().map(|normal| normal.growth.length()).fold(0.0, f64::max);
-    let (mut several, mut off_the_field, mut count) = (0, 0, 0);
+    let (mut several, mut worst, mut count) = (0, 0.0_f64, 0);
     for i in 0..20_000_u32 {
         let part = |k: u32| f64::from(i.wrapping_mul(k) % 9973) / 9973.0;
         let place = DVec3::new(part(389) * 15.0, part(211) * 20.0, part(677) * 17.0);
@@ -333,13 +333,22 @@ fn light_has_the_border_of_cells_as_float64_has_it() {
             own.gradient(simd, Vec3::splat(simd, [x, y, z]), true).lane(3)
         });
         let off = (DVec3::from(found.map(f64::from)) - expected).length();
-        // Where two outer faces are as near single precision may choose the other.
+        // Where two cells meet, where two outer faces are as near, and where the border is turned across what grows, single precision may choose
+        // the other.
+        let beside = [-1e-3, 1e-3].map(|by| lit.growth(at, unit + DVec3::splat(by)));
+        if at.1.kind().beyond(unit) > -1e-3
+            || beside
+                .iter()
+                .any(|beside| (*beside - lit.growth(at, unit)).length() > 0.1 * strength)
+        {
+            continue;
+        }
         count += 1;
         several += usize::from(lit.faces_of(solid).len() > 1);
-        off_the_field += usize::from(off > 1e-3 * strength);
+        worst = worst.max(off / strength);
     }
     assert!(count > 5000 && several > 1000, "{count} {several}");
-    assert!(off_the_field < count / 500, "{off_the_field} of {count}");
+    assert!(worst < 1e-3, "{worst}");
 }
 
 /// Of another than the natural width: coefficients weighed by h((x − i)/s) / Σ h((x − i)/s), axis by axis.
