@@ -100,16 +100,18 @@ pub struct Scene {
 impl Scene {
     /// World length ℓ over which opacities are given.
     pub fn opacity_unit_distance(&self) -> f64 {
+        self.splat.opacity_unit_distance.unwrap_or_else(|| self.own_unit_distance())
+    }
+
+    /// The same where nobody chose one: the median edge of cells, how far points lie apart, else the smallest spacing.
+    pub fn own_unit_distance(&self) -> f64 {
         // The samples of cells and points are as fine as quick pictures want them.
-        let own = || {
-            let found = self.volume().and_then(|volume| match (&volume.cells, &volume.scattered) {
-                (Some(field), _) => Some(field.cells().median_edge()),
-                (None, Some(scattered)) => scattered.spacing(),
-                (None, None) => None,
-            });
-            found.filter(|own| *own > 0.0).unwrap_or_else(|| self.lattice().smallest_spacing())
-        };
-        self.splat.opacity_unit_distance.unwrap_or_else(own)
+        let found = self.volume().and_then(|volume| match (&volume.cells, &volume.scattered) {
+            (Some(field), _) => Some(field.cells().median_edge()),
+            (None, Some(scattered)) => scattered.spacing(),
+            (None, None) => None,
+        });
+        found.filter(|own| *own > 0.0).unwrap_or_else(|| self.lattice().smallest_spacing())
     }
 
     /// The transfer function that its field is drawn with: projected values have their colours in a range of their own,

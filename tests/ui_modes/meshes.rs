@@ -48,6 +48,39 @@ fn other_kernels_take_turns_with_cells_which_undo_brings_back() {
 }
 
 #[test]
+fn what_is_of_samples_alone_is_not_shown_of_cells() {
+    let mut bench = opened("ring.vtu");
+    let of_samples = [
+        "Splats",
+        "Classic splatting",
+        "Reconstruction",
+        "Visibility",
+        "Extent",
+        "Coarse octree",
+        "Show octree cells",
+        "Slabs per voxel",
+    ];
+    for name in of_samples {
+        assert!(!bench.shows(name), "{name}");
+    }
+    for name in ["Drawing", "Kernel", "Colouring", "Slabs per sample", "Unit distance"] {
+        assert!(bench.shows(name), "{name}");
+    }
+    // What it is told to be is what it is.
+    let unit = bench.harness.get_by_role_and_label(Role::Slider, "Unit distance");
+    let shown = unit.accesskit_node().numeric_value();
+    assert_eq!(shown, Some(scene(&bench).opacity_unit_distance()));
+    bench.harness.key_press(Key::G);
+    bench.settle();
+    assert!(!bench.window().cells().on && bench.tells("have no octree"));
+    // Its samples have all of it.
+    bench.choose("Kernel", "Linear");
+    for name in of_samples {
+        assert!(bench.shows(name), "{name}");
+    }
+}
+
+#[test]
 fn scattered_points_open_as_ellipsoids_and_meshes_are_drawn_so_where_that_is_chosen() {
     let mut bench = opened("points.csv");
     assert_eq!(scene(&bench).splat.kernel, Kernel::Ellipsoids);

@@ -87,8 +87,8 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
         Shape::Affine => {}
         Shape::Unstructured(_) => {
             let samples = lattice.dims.map(|n| n.to_string()).join(" × ");
-            let help = "While the view moves, and by other kernels than Cells and Ellipsoids, evenly spaced samples of the mesh \
-                        are drawn";
+            let help = "Evenly spaced samples of the mesh, which other kernels than Cells and Ellipsoids draw, and quick \
+                        pictures of very many cells";
             rows.push(("Sampled", samples, help));
         }
         _ => {

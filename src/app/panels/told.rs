@@ -143,10 +143,21 @@ fn picture_words(report: &FrameReport) -> String {
         LevelOfDetail::FullInPart => "A part of the full picture; the rest follows".to_owned(),
         LevelOfDetail::Full { .. } => match words::level_in_full(&report.level).split_once(", ") {
             Some((_, details)) => format!("The full picture, {details}"),
-            None => "The full picture: every voxel that shows, in every pixel".to_owned(),
+            None => {
+                let one = match report.own_kernels {
+                    Some((Kernel::Cells, _)) => "cell",
+                    Some((Kernel::Ellipsoids, _)) => "point",
+                    Some(_) => "function",
+                    None => "voxel",
+                };
+                format!("The full picture: every {one} that shows, in every pixel")
+            }
         },
         LevelOfDetail::Refined(convergence) => {
-            format!("The full picture, refined to {}", slabs_words(convergence.slabs_per_voxel))
+            format!(
+                "The full picture, refined to {}",
+                slabs_words(report, convergence.slabs_per_voxel)
+            )
         }
     };
     format!("{what}. It took {}", time_words(report))
@@ -161,9 +172,8 @@ fn cut_words(cut: &CutLevels) -> String {
     )
 }
 
-fn slabs_words(per_voxel: f64) -> String {
-    let plural = if per_voxel == 1.0 { "" } else { "s" };
-    format!("{} slab{plural} a voxel", words::value(per_voxel))
+fn slabs_words(report: &FrameReport, per_voxel: f64) -> String {
+    modes::slabs(per_voxel, report.own_kernels.is_none())
 }
 
 /// What the picture took, and of how much where it was fitted to a time: `18 of 20 ms`.
@@ -249,7 +259,7 @@ fn error_words(shown: &Shown) -> String {
     let level = level_words(mode, measured.as_ref(), report);
     let Some(refined) = doubled else { return level };
     let change = refined.convergence.last_difference.map_or_else(String::new, change_words);
-    let slabs = slabs_words(refined.convergence.slabs_per_voxel);
+    let slabs = slabs_words(report, refined.convergence.slabs_per_voxel);
     let reached = match refined.convergence.is_reached() {
         true => "so it counts as converged: less than 1/512, half a step of a display",
         false => "1 being white",
@@ -542,6 +552,16 @@ mod tests {
         }
         assert_eq!(glance(None, &Idle, false, None), "Nothing drawn yet");
         assert_eq!([412.0, 12_300.0, 0.2].map(took_words), ["0.4 s", "12 s", "1 ms"]);
+    }
+
+    #[test]
+    fn cells_that_are_drawn_as_they_are_are_no_voxels() {
+        let mut cells = shown(LevelOfDetail::FULL, SplatSettings::CELLS);
+        cells.report.own_kernels = Some((Kernel::Cells, 2304));
+        assert!(picture_words(&cells.report).starts_with("The full picture: every cell that"));
+        let convergence = Convergence { slabs_per_voxel: 2.0, last_difference: Some(0.3) };
+        cells.report.level = LevelOfDetail::Refined(convergence);
+        assert!(picture_words(&cells.report).contains("refined to 2 slabs a sample"));
     }
 
     #[test]
