@@ -275,7 +275,7 @@ impl Window {
         });
         let action = section_ui(ui, sections, "Transfer function", |ui| {
             if document.surface.is_some() && !scene.shows_field() {
-                let text = "Of the points, which Data shows; what is seen has its colours under Polygons and labels";
+                let text = "For its points as a volume, which Data can draw; what is seen has its colours under Polygons and labels";
                 inside::note_ui(ui, text);
                 return None;
             }

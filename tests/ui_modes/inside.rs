@@ -229,7 +229,7 @@ fn places_in_meshes_and_points_are_coordinates_and_their_box_opens_whole() {
         let has_cells = bench.harness.query_by_role_and_label(Role::Label, "Cells").is_some();
         assert_eq!(has_cells, name == "ring.vtu", "points that no cell joins are told once");
         if name == "points.csv" {
-            tick(&mut bench, "Its points shown");
+            tick(&mut bench, "Its points as a volume");
         }
         let volume = bench.window().scene().unwrap().volume().unwrap().clone();
         tick(&mut bench, "Clip box");
@@ -271,7 +271,7 @@ fn a_slice_in_opaque_matter_says_why_nothing_is_seen_of_it() {
     press(&mut bench, "Add slice");
     let alone = "A surface by itself has neither slices nor isosurfaces: show its points under Data for these";
     assert!(bench.shows(alone) && !says(&bench), "points open as small bodies");
-    tick(&mut bench, "Its points shown");
+    tick(&mut bench, "Its points as a volume");
     assert!(!bench.shows(alone));
     assert!(says(&bench), "points are opaque at first");
     tick(&mut bench, "Clip box");

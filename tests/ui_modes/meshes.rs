@@ -2,7 +2,7 @@
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::app::words;
 use voxsplat::kernel::Kernel;
 use voxsplat::scene::{ByArray, PolygonLook, Scene};
@@ -128,13 +128,16 @@ fn polygons_open_as_a_surface_in_the_colours_of_the_field_that_is_chosen() {
     let by = look.by.expect("coloured");
     assert_eq!((by.map, by.range), (ColourMap::Inferno, [10.0, 20.0]));
     assert!(!scene(&bench).shows_field());
-    let shown = bench.harness.get_by_role_and_label(Role::CheckBox, "Its points shown");
+    let shown = bench.harness.get_by_role_and_label(Role::CheckBox, "Its points as a volume");
     shown.click();
     bench.settle();
     assert!(scene(&bench).shows_field() && bench.shows("Graph"));
-    bench.harness.get_by_role_and_label(Role::CheckBox, "Its points shown").click();
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Its points as a volume").click();
     bench.settle();
-    assert!(!scene(&bench).shows_field() && bench.tells("Of the points, which Data shows"));
+    assert!(
+        !scene(&bench).shows_field()
+            && bench.tells("For its points as a volume, which Data can draw")
+    );
     assert!(!bench.shows("Graph"), "nothing is edited that nobody sees");
     // And by none.
     bench.choose("Mesh 1 colour by", "Nothing");

@@ -150,12 +150,14 @@ pub fn drawn_as_ui(ui: &mut Ui, volume: &ScalarVolume, splat: &mut SplatSettings
     });
 }
 
-/// Whether the points of a file that opens as a surface are drawn beside it.
+/// Whether the points of a file that opens as a surface, or as bodies, are drawn beside it as a field.
 pub fn points_ui(ui: &mut Ui, scene: &mut Scene) {
-    row_ui(ui, "Its points", |ui| {
+    row_ui(ui, "Also draw", |ui| {
         let mut are_shown = scene.shows_field();
-        let shown = ui.checkbox(&mut are_shown, "Shown").accessible_name("Its points shown");
-        let help = "Draw its points, too, as a field: an ellipsoid about each; of a surface of more than 10 000 evenly spaced samples. Hide what is under Polygons and labels to see these alone";
+        let shown = ui.checkbox(&mut are_shown, "Its points as a volume");
+        let help = "Fill the space about its points, too, as the transfer function says: each is a soft ellipsoid, as wide as \
+                    its neighbours lie apart (of a surface of more than 10 000 points, evenly spaced samples). Slices and \
+                    isosurfaces are of this. Hide what is under Polygons and labels to see it alone";
         if shown.on_hover_text(help).changed() {
             scene.show_field(are_shown);
         }
