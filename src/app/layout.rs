@@ -507,7 +507,7 @@ fn job_ui(ui: &mut Ui, job: &JobView<'_>) {
             true => "Stopping…".to_owned(),
             false => format!("{title}{}", left.unwrap_or_default()),
         };
-        if text_and_button_ui(ui, RichText::new(words), "Cancel", !is_cancelled) {
+        if text_and_button_ui(ui, (RichText::new(words), 2), "Cancel", !is_cancelled) {
             cancel();
         }
         let bar = ProgressBar::new(*fraction).desired_height(5.0);

@@ -1,10 +1,12 @@
 //! What was opened.
 
-use eframe::egui::{Button, ComboBox, Ui};
+use eframe::egui::{Button, CollapsingHeader, ComboBox, RichText, Ui};
 
+use super::inside::note_ui;
 use super::{facts_ui, row_ui};
 use crate::app::document::Document;
-use crate::app::words;
+use crate::app::sentences::without_flags;
+use crate::app::{theme, words};
 use crate::core::memory::human_bytes;
 use crate::io::Series;
 use crate::scene::{Scene, SplatSettings};
@@ -115,9 +117,24 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
         rows.push(("Not finite", text, "NaN is drawn fully transparent"));
     }
     facts_ui(ui, &rows);
+    notes_ui(ui, &document.warnings);
     let series = series_ui(ui, &document.series).map(DataChoice::Series);
     let field = choice_ui(ui, document).map(DataChoice::Field);
     series.or(field)
+}
+
+/// What there is to know of the file, which was said when it opened.
+fn notes_ui(ui: &mut Ui, notes: &[String]) {
+    if notes.is_empty() {
+        return;
+    }
+    let title = format!("Notes on the file ({})", notes.len());
+    let title = RichText::new(title).size(12.5).color(theme::NOTE);
+    CollapsingHeader::new(title).id_salt("notes").default_open(false).show_unindented(ui, |ui| {
+        for note in notes {
+            note_ui(ui, &without_flags(note));
+        }
+    });
 }
 
 /// What a mesh is drawn as, where that can be chosen: its cells, or ellipsoids about its points or cells. Other kernels draw its
