@@ -26,8 +26,8 @@ pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use effect::Effect;
 pub use first_look::FirstLook;
 pub use framing::{
-    NamedView, Orientation, UpAxis, axis_letters, box_of_what_shows, framing_surfaces,
-    framing_what_shows,
+    NamedView, Orientation, UpAxis, among_surfaces, axis_letters, box_of_what_shows, framing_all,
+    framing_surfaces, framing_what_shows,
 };
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
