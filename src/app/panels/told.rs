@@ -261,11 +261,12 @@ fn error_words(shown: &Shown) -> String {
     let change = refined.convergence.last_difference.map_or_else(String::new, change_words);
     let slabs = slabs_words(report, refined.convergence.slabs_per_voxel);
     let reached = match refined.convergence.is_reached() {
-        true => "so it counts as converged: less than 1/512, half a step of a display",
-        false => "1 being white",
+        true => ", so it counts as converged: less than half a step of a display (0.2 %)",
+        false => "",
     };
     format!(
-        "With {slabs} no pixel differs by more than {change} from the picture with half as many, {reached}. {level}"
+        "With {slabs} no pixel differs by more than {change} of full brightness from the picture with half as \
+         many{reached}. {level}"
     )
 }
 
@@ -301,14 +302,15 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
     format!("Usually {low} to {high} dB in this mode. The accuracy panel (key A) measures it")
 }
 
-/// A greatest difference, rounded up to one digit: `0.0008`.
+/// A greatest difference, 1 being white, rounded up to one digit: `0.08 %`.
 fn change_words(difference: f64) -> String {
     if difference <= 0.0 {
-        return "0".to_owned();
+        return "0 %".to_owned();
     }
-    let digit = 10.0_f64.powf(difference.log10().floor());
+    let percent = 100.0 * difference;
+    let digit = 10.0_f64.powf(percent.log10().floor());
     // A little more, so that 0.3 / 0.1 is no more than 3.
-    words::value((difference / digit - 1e-9).ceil() * digit)
+    format!("{} %", words::value((percent / digit - 1e-9).ceil() * digit))
 }
 
 /// What is left to be done to converge, if anything is.
@@ -480,7 +482,7 @@ mod tests {
         let converged = with(Some(0.00079), 0.0, 1.0);
         let words = error_words(&converged);
         assert!(
-            words.contains("With 8 slabs a voxel no pixel differs by more than 0.0008"),
+            words.contains("With 8 slabs a voxel no pixel differs by more than 0.08 % of full"),
             "{words}"
         );
         assert!(words.contains("it counts as converged"), "{words}");
@@ -492,12 +494,16 @@ mod tests {
         assert!(left.contains("would take about 12 s") && left.contains("press R"), "{left}");
         let on_the_way = with(Some(0.3), 800.0, 0.7);
         let words = error_words(&on_the_way);
-        assert!(words.contains("more than 0.3 from") && !words.contains("converged"), "{words}");
+        assert!(
+            words.contains("more than 30 % of full brightness from")
+                && !words.contains("converged"),
+            "{words}"
+        );
         assert_eq!(at_rest(&on_the_way), "Refining · 28 ms · exact mode");
         let left = left_words(&on_the_way.report, "R").unwrap();
         assert!(left.contains("about 0.8 s; any movement stops it"), "{left}");
-        assert_eq!(change_words(0.0), "0");
-        assert_eq!(change_words(0.00951), "0.01");
+        assert_eq!(change_words(0.0), "0 %");
+        assert_eq!(change_words(0.00951), "1 %");
     }
 
     #[test]
