@@ -29,6 +29,7 @@ fn a_mesh_opens_as_its_cells_which_the_data_panel_counts() {
     assert!(scene(&bench).volume().is_some_and(|volume| volume.cells.is_some()));
     // 24 around, five by five across; four by four cubes of six tetrahedra between them.
     assert!(bench.tells("600") && bench.tells(&words::count(2304)) && bench.shows("Edges"));
+    assert!(bench.tells(" by volume"), "points lie closer together here than there");
     // Evenly spaced samples stand for it only while it moves: they have no dimensions of their own.
     assert!(bench.shows("Sampled") && !bench.shows("Dimensions"));
     // What another file has no cells for is drawn as that opens.

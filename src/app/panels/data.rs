@@ -71,12 +71,18 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
             "The least and the greatest finite value",
         ),
         match shape {
-            Shape::Unstructured(_) => (
+            Shape::Affine => ("Mean", words::value(statistics.mean), "Of the finite values"),
+            Shape::Unstructured(_) if volume.cells.is_none() => (
                 "Mean",
                 words::value(statistics.mean),
-                "Of the finite values, each weighing as much as the space that it fills",
+                "Of the finite values, each of which counts once",
             ),
-            _ => ("Mean", words::value(statistics.mean), "Of the finite values"),
+            _ => (
+                "Mean",
+                format!("{} by volume", words::value(statistics.mean)),
+                "Of the finite values, each weighing as much as the space that it fills; that of voxsplat info is over the \
+                 file's points or cells, each of which counts once there",
+            ),
         },
         ("Space", space.to_owned(), space_help),
         (
