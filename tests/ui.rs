@@ -915,7 +915,7 @@ fn a_picture_is_saved_at_twice_the_viewport_with_or_without_background() {
         let viewport = bench.viewport();
         let size = [viewport.width(), viewport.height()];
         assert_eq!(saved.size.map(|n| n as f32), size.map(|n| 2.0 * n));
-        assert_eq!(saved.path, bench.pictures.path().join("good_1.png"));
+        assert_eq!(saved.path, bench.pictures.path().join("good.png"));
         let background = saved.scene.background;
         assert_eq!(background == Background::Transparent, without_background);
         assert_eq!(saved.scene.camera, bench.camera());
