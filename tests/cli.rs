@@ -1347,6 +1347,13 @@ fn info_tells_points_that_no_cell_joins_once() {
     let told: Value = serde_json::from_slice(&told.stdout).expect("JSON");
     assert_eq!((&told["points"], &told["cells"]), (&600.into(), &2304.into()));
     assert!(told.get("dims").is_none(), "{told}");
+    // And a mean that says what counts once.
+    let text = |name: &str| {
+        let told = voxsplat(&["info", name]);
+        String::from_utf8_lossy(&told.stdout).into_owned()
+    };
+    assert!(text("demo:mesh:4").contains(" over points\n"), "{}", text("demo:mesh:4"));
+    assert!(!text("demo:shells:8").contains(" over "), "{}", text("demo:shells:8"));
 }
 
 /// How much of a picture is not its background, which is one colour.

@@ -622,6 +622,24 @@ fn what_is_rarely_needed_is_closed_at_first_and_sections_stay_as_they_were_left(
 }
 
 #[test]
+fn much_that_is_to_be_known_of_a_file_is_listed_in_the_panel_rather_than_over_the_picture() {
+    let mut bench = Bench::opened();
+    assert!(!bench.tells("Notes on the file"));
+    bench.open("noted.nrrd");
+    bench.settle();
+    let told: Vec<_> =
+        bench.window().notices().shown().iter().map(|notice| notice.text.clone()).collect();
+    assert_eq!(
+        told,
+        ["4 notes on this file are listed under Data, first: the first thing to know"]
+    );
+    assert!(!bench.shows("the fourth thing to know"));
+    bench.harness.get_by_label("Notes on the file (4)").click();
+    bench.harness.run_steps(30);
+    assert!(bench.shows("the first thing to know") && bench.shows("the fourth thing to know"));
+}
+
+#[test]
 fn opened_files_are_remembered_newest_first() {
     let mut bench = Bench::opened();
     bench.open("other.nrrd");
@@ -897,7 +915,7 @@ fn a_picture_is_saved_at_twice_the_viewport_with_or_without_background() {
         let viewport = bench.viewport();
         let size = [viewport.width(), viewport.height()];
         assert_eq!(saved.size.map(|n| n as f32), size.map(|n| 2.0 * n));
-        assert_eq!(saved.path, bench.pictures.path().join("good_1.png"));
+        assert_eq!(saved.path, bench.pictures.path().join("good.png"));
         let background = saved.scene.background;
         assert_eq!(background == Background::Transparent, without_background);
         assert_eq!(saved.scene.camera, bench.camera());

@@ -7,9 +7,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Projection};
-use crate::scene::{
-    NamedView, Orientation, Scene, framing_camera, framing_surfaces, framing_what_shows,
-};
+use crate::scene::{NamedView, Orientation, Scene, framing_all};
 use crate::volume::Lattice;
 
 /// How a drag turns the view.
@@ -29,17 +27,10 @@ const POINTS_PER_NOTCH: f64 = 50.0;
 /// Zoom factor of a right drag over the viewport's whole height.
 const ZOOM_PER_HEIGHT: f64 = 16.0;
 
-/// A camera along a named view that shows in a picture of any shape what can be seen of a scene: of its field by its
-/// transfer function, or else all of its lattice.
+/// A camera along a named view that shows in a picture of any shape what can be seen of a scene; see [`framing_all`].
 pub fn framed(scene: &Scene, view: NamedView, orientation: Orientation, size: [f64; 2]) -> Camera {
     let (direction, up) = view.direction_and_up(orientation);
-    let field = scene.volume().zip(scene.transfer()).filter(|_| scene.shows_field());
-    let mut camera = match field {
-        Some((volume, transfer)) => framing_what_shows(volume, transfer, direction, up),
-        None => framing_surfaces(scene, direction, up)
-            .filter(|_| scene.vectors().is_empty())
-            .unwrap_or_else(|| framing_camera(&scene.lattice(), direction, up)),
-    };
+    let mut camera = framing_all(scene, direction, up);
     // The scale is that of the height; a narrow picture needs more.
     camera.parallel_scale *= (size[1] / size[0]).max(1.0);
     camera

@@ -46,10 +46,8 @@ impl BoxHandles {
             let place = |at: DVec3| view.point_on_picture(at).map(to_screen);
             let (Some(here), Some(there)) = (place(at), place(at + unit / 100.0)) else { continue };
             let along = (there - here) * 100.0;
+            let Some(here) = within(area.rect.shrink(2.0 * RADIUS), here) else { continue };
             let handle = Rect::from_center_size(here, Vec2::splat(4.0 * RADIUS));
-            if !area.rect.contains_rect(handle) {
-                continue;
-            }
             let id = ui.scope_id().with(("clip box face", face));
             let held = ui.interact(handle, id, Sense::drag()).on_hover_cursor(CursorIcon::Grab);
             let share = if is_high { bounds.high[axis] } else { bounds.low[axis] };
@@ -71,6 +69,18 @@ impl BoxHandles {
     }
 }
 
+/// A place on the picture, or where the line towards it from the picture's middle leaves it: what lies beyond can be taken hold
+/// of there. `None` of a picture without room, or a place that is nowhere.
+pub(super) fn within(picture: Rect, at: Pos2) -> Option<Pos2> {
+    let (middle, half) = (picture.center(), picture.size() / 2.0);
+    if !(picture.is_positive() && at.is_finite()) {
+        return None;
+    }
+    let away = at - middle;
+    let beyond = (away.x / half.x).abs().max((away.y / half.y).abs());
+    Some(if beyond > 1.0 { middle + away / beyond } else { at })
+}
+
 /// What share of an axis, which is seen as `along`, a hand that went so far on the picture moved: as it
 /// went along it, and nothing where it is seen end on.
 pub(super) fn moved(along: Vec2, hand: Vec2) -> f64 {
@@ -90,6 +100,18 @@ fn set_face(bounds: &mut ClipBox, axis: usize, is_high: bool, to: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_lies_beyond_the_picture_is_taken_hold_of_at_its_edge() {
+        let picture = Rect::from_min_size(Pos2::new(10.0, 20.0), vec2(200.0, 100.0));
+        let inside = Pos2::new(15.0, 110.0);
+        assert_eq!(within(picture, inside), Some(inside));
+        assert_eq!(within(picture, Pos2::new(1110.0, 70.0)), Some(Pos2::new(210.0, 70.0)));
+        // Towards it, not beside it: half as far across as down.
+        assert_eq!(within(picture, Pos2::new(160.0, 170.0)), Some(Pos2::new(135.0, 120.0)));
+        assert_eq!(within(picture, Pos2::new(f32::INFINITY, 0.0)), None);
+        assert_eq!(within(Rect::NOTHING, inside), None);
+    }
 
     #[test]
     fn a_face_follows_the_hand_along_its_axis_and_stops_at_the_ends() {

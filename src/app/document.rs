@@ -417,7 +417,13 @@ impl Document {
             None => None,
         };
         let first_look = if surface.is_some() { first_look.of_surface() } else { first_look };
-        let mut other = Self { field, component, first_look, surface, warnings, ..self };
+        let mut told = Vec::new();
+        for warning in warnings {
+            if !told.contains(&warning) {
+                told.push(warning);
+            }
+        }
+        let mut other = Self { field, component, first_look, surface, warnings: told, ..self };
         if other.residual() == Some(field) {
             // It is a cloud of both signs, whatever its values are like.
             other.first_look.transfer = presets::of_differences(&volume.statistics);

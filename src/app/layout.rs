@@ -16,8 +16,8 @@ use super::notices::text_and_button_ui;
 use super::panels::data::DataChoice;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    POLYGONS, Sections, accuracy, clip, compare, data, encoding, inside, polygons, section_ui,
-    shading, splat, status, transfer, vectors, view,
+    POLYGONS, SPLATS, Sections, accuracy, clip, compare, data, encoding, inside, polygons,
+    section_ui, shading, splat, status, titled_section_ui, transfer, vectors, view,
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
@@ -275,7 +275,7 @@ impl Window {
         });
         let action = section_ui(ui, sections, "Transfer function", |ui| {
             if document.surface.is_some() && !scene.shows_field() {
-                let text = "Of the points, which Data shows; what is seen has its colours under Polygons and labels";
+                let text = "For its points as a volume, which Data can draw; what is seen has its colours under Polygons and labels";
                 inside::note_ui(ui, text);
                 return None;
             }
@@ -294,11 +294,12 @@ impl Window {
             clip::clip_ui(ui, &mut self.clip, scene, second);
         });
         let compare = &mut self.compare;
-        section_ui(ui, sections, "Splats", |ui| {
+        let name = (SPLATS, modes::section(&scene.splat));
+        titled_section_ui(ui, sections, name, |ui| {
             compare::compare_ui(ui, compare, &mut scene.splat);
             let volume = scene.volume().map(Arc::clone);
             let is_offered = move |kernel| volume.as_ref().is_some_and(|v| offers(v, kernel));
-            let of_field = (scene.lattice().smallest_spacing(), is_offered);
+            let of_field = (scene.own_unit_distance(), is_offered);
             if compare.on && compare.edits_second {
                 // The unit distance is one for both.
                 let mut second = modes::with_unit_distance_of(compare.second, &scene.splat);
@@ -506,7 +507,7 @@ fn job_ui(ui: &mut Ui, job: &JobView<'_>) {
             true => "Stopping…".to_owned(),
             false => format!("{title}{}", left.unwrap_or_default()),
         };
-        if text_and_button_ui(ui, RichText::new(words), "Cancel", !is_cancelled) {
+        if text_and_button_ui(ui, (RichText::new(words), 2), "Cancel", !is_cancelled) {
             cancel();
         }
         let bar = ProgressBar::new(*fraction).desired_height(5.0);

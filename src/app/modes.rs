@@ -1,5 +1,6 @@
 //! Modes as the hand chooses them: the last choice holds, and what contradicts it gives way.
 
+use super::panels::SPLATS;
 use super::words;
 use crate::kernel::{Kernel, Subdivisions};
 use crate::scene::{
@@ -81,6 +82,16 @@ pub fn same_mode(a: &SplatSettings, b: &SplatSettings) -> bool {
     with_unit_distance_of(*a, b) == *b
 }
 
+/// What the side panel's section of the mode is called: cells and points that are drawn as they are are no splats.
+pub fn section(settings: &SplatSettings) -> &'static str {
+    if is_of_cells_or_points(settings) { "Drawing" } else { SPLATS }
+}
+
+/// Whether cells or points are drawn as they are, without evenly spaced samples in between.
+pub fn is_of_cells_or_points(settings: &SplatSettings) -> bool {
+    matches!(settings.kernel, Kernel::Cells | Kernel::Ellipsoids)
+}
+
 /// Whether a finished picture of these settings is the exact one, up to the width of its slabs.
 pub fn is_exact(settings: &SplatSettings) -> bool {
     let exact = SplatSettings::EXACT;
@@ -98,7 +109,8 @@ pub fn name(settings: &SplatSettings) -> String {
     if settings.kernel == Kernel::Gouraud && settings.gouraud != Subdivisions::default() {
         parts.push(format!("{} × {}", settings.gouraud.angles, settings.gouraud.rings));
     }
-    if settings.reconstruction == Reconstruction::Interpolating {
+    let is_of_samples = settings.kernel.is_of_samples();
+    if settings.reconstruction == Reconstruction::Interpolating && is_of_samples {
         parts.push("interpolating".to_owned());
     }
     if settings.classify != Classify::Before {
@@ -108,7 +120,7 @@ pub fn name(settings: &SplatSettings) -> String {
         Visibility::EverySample => "every sample".to_owned(),
         Visibility::Sheets if settings.sheets_per_kernel == 1 => "sheets".to_owned(),
         Visibility::Sheets => format!("{} sheets a kernel", settings.sheets_per_kernel),
-        Visibility::Slabs => slabs(settings.slabs_per_voxel),
+        Visibility::Slabs => slabs(settings.slabs_per_voxel, is_of_samples),
     });
     if settings.opacity_model == crate::scene::OpacityModel::Published {
         parts.push("published".to_owned());
@@ -125,12 +137,11 @@ pub fn name(settings: &SplatSettings) -> String {
     parts.join(", ")
 }
 
-fn slabs(per_voxel: f64) -> String {
-    if per_voxel == 1.0 {
-        "1 slab a voxel".to_owned()
-    } else {
-        format!("{} slabs a voxel", words::value(per_voxel))
-    }
+/// `1 slab a voxel`; of what is no samples itself, by the spacing of those that stand for it, `a sample`.
+pub fn slabs(per_voxel: f64, is_of_samples: bool) -> String {
+    let plural = if per_voxel == 1.0 { "" } else { "s" };
+    let of = if is_of_samples { "voxel" } else { "sample" };
+    format!("{} slab{plural} a {of}", words::value(per_voxel))
 }
 
 #[cfg(test)]
@@ -241,10 +252,16 @@ mod tests {
             "B-spline, interpolating, pre-integrated, 1 slab a voxel"
         );
         assert_eq!(name(&SplatSettings::SHADE_FIRST), "Cubic, every sample");
+        assert_eq!(name(&SplatSettings::CELLS), "Cells, pre-integrated, 1 slab a sample");
         let settings = some_settings();
+        // What no samples are sharpened for has no reconstruction to tell.
+        let told = |settings: &SplatSettings| match settings.kernel.is_of_samples() {
+            true => *settings,
+            false => SplatSettings { reconstruction: Reconstruction::Smooth, ..*settings },
+        };
         for (i, a) in settings.iter().enumerate() {
             for b in &settings[i + 1..] {
-                let shown_apart = a != b && a.visibility == Visibility::Slabs;
+                let shown_apart = told(a) != told(b) && a.visibility == Visibility::Slabs;
                 if shown_apart && a.sheets_per_kernel == b.sheets_per_kernel {
                     assert_ne!(name(a), name(b), "{a:?} {b:?}");
                 }

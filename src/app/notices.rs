@@ -1,10 +1,12 @@
 //! What the window has to say: one sentence each. Hints and news go by themselves, what did not work stays until it is
 //! dismissed; older ones fold, so that the picture stays in sight.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use eframe::egui::{
-    Align, Button, Color32, CornerRadius, Frame, Label, Layout, Margin, RichText, Stroke, Ui, vec2,
+    Align, Button, Color32, CornerRadius, FontSelection, Frame, Label, Layout, Margin, RichText,
+    Stroke, Ui, WidgetText, vec2,
 };
 
 use super::sentences::without_flags;
@@ -46,6 +48,14 @@ pub struct Notice {
 }
 
 impl Notice {
+    /// How many rows of it lie over the picture.
+    fn most_rows(&self) -> usize {
+        match self.kind {
+            Kind::Error => 4,
+            Kind::Note | Kind::Hint => 2,
+        }
+    }
+
     /// Seconds that are left at a time; no end for what has to be dismissed.
     fn left(&self, now: f64) -> f64 {
         match (self.kind, self.shown_at) {
@@ -189,19 +199,30 @@ fn bar_ui(ui: &mut Ui, notice: &Notice) -> Bar {
     };
     let frame = frame(fill, colour.gamma_multiply(0.5));
     let words = RichText::new(&notice.text).color(colour.lerp_to_gamma(theme::TEXT, 0.45));
-    let shown = frame.show(ui, |ui| text_and_button_ui(ui, words, "Dismiss", true));
+    let shown =
+        frame.show(ui, |ui| text_and_button_ui(ui, (words, notice.most_rows()), "Dismiss", true));
     Bar { is_dismissed: shown.inner, is_pointed_at: shown.response.contains_pointer() }
 }
 
-/// Text that wraps, and a button at its right; true once that was clicked.
-pub(super) fn text_and_button_ui(ui: &mut Ui, text: RichText, button: &str, enabled: bool) -> bool {
+/// Text that wraps into so many rows at most, whole while the pointer rests on it, and a button at its right; true once that
+/// was clicked.
+pub(super) fn text_and_button_ui(
+    ui: &mut Ui,
+    (text, most_rows): (RichText, usize),
+    button: &str,
+    enabled: bool,
+) -> bool {
+    let text = WidgetText::from(text);
+    let job = text.into_layout_job(ui.style(), FontSelection::Default, Align::Center);
+    let mut job = Arc::unwrap_or_clone(job);
+    job.wrap.max_rows = most_rows;
     ui.horizontal(|ui| {
         // As high as the button from the start: one line stands beside it, more go below.
         let height = ui.spacing().interact_size.y;
         let room = vec2((ui.available_width() - BUTTON_WIDTH).max(40.0), height);
         ui.allocate_ui_with_layout(room, Layout::left_to_right(Align::Center), |ui| {
             ui.set_min_width(room.x);
-            ui.add(Label::new(text).wrap().selectable(true));
+            ui.add(Label::new(job).wrap().selectable(true));
         });
         ui.add_enabled(enabled, Button::new(button)).clicked()
     })
@@ -260,6 +281,30 @@ mod tests {
         assert_eq!(height(&mut notices), of_three, "two and a line for the others");
         notices.unfolded = true;
         assert!(height(&mut notices) > 2.0 * of_three, "all of them once that is wanted");
+    }
+
+    #[test]
+    fn long_news_cover_two_rows_of_the_picture_and_bad_ones_four() {
+        let ctx = Context::default();
+        let height = |kind: Kind, text: &str| {
+            let mut notices = Notices::default();
+            notices.push(kind, text.to_owned());
+            let mut height = 0.0;
+            for _ in 0..3 {
+                let mut output = ctx.run_ui(RawInput::default(), |ui| {
+                    ui.set_max_width(400.0);
+                    notices.bars_ui(ui);
+                    height = ui.min_rect().height();
+                });
+                output.textures_delta.clear();
+            }
+            height
+        };
+        let long = "word ".repeat(400);
+        let [one, two, four] = [(Kind::Note, "one"), (Kind::Note, &*long), (Kind::Error, &*long)]
+            .map(|(k, t)| height(k, t));
+        assert!(one < two && two < four, "{one} {two} {four}");
+        assert!(two < 3.0 * one && four < 5.0 * one, "{one} {two} {four}");
     }
 
     #[test]

@@ -17,7 +17,7 @@ use super::panels::POLYGONS;
 use super::panels::data::FieldChoice;
 use super::vectors::Vectors;
 use super::window::{Dialog, Window};
-use crate::core::{Camera, Projection};
+use crate::core::{Camera, Projection, counted};
 use crate::io::Series;
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
@@ -262,10 +262,28 @@ impl Window {
         self.transfer.start_over();
         self.shading.start_over();
         self.clip.start_over();
-        for warning in &document.warnings {
-            self.notices.note(warning.clone());
-        }
+        self.tell_of_file(&document, keep_view);
         self.document = Some(document);
+    }
+
+    /// Tells what there is to know of a file, of another field of it what is new: by one notice that says where it is listed,
+    /// rather than by many over the picture.
+    fn tell_of_file(&mut self, document: &Document, is_same_file: bool) {
+        let told = self.document.as_ref().filter(|_| is_same_file);
+        let told = told.map_or(&[][..], |document| &document.warnings[..]);
+        let news: Vec<_> = document.warnings.iter().filter(|note| !told.contains(note)).collect();
+        match &news[..] {
+            [first, _, ..] if self.settings.side_panel => {
+                let count = counted(news.len(), "note");
+                self.notices
+                    .note(format!("{count} on this file are listed under Data, first: {first}"));
+            }
+            news => {
+                for note in news {
+                    self.notices.note((*note).clone());
+                }
+            }
+        }
     }
 
     /// Lets go of what belongs to the file that was open, before another is shown.

@@ -16,7 +16,7 @@ impl Window {
             return;
         };
         let folder = self.parts.pictures_folder.clone().unwrap_or_default();
-        let path = saving::suggested_path(&folder, &document.source.name());
+        let path = saving::suggested_path(&folder, &document.source.name(), "png");
         let with_background = scene.background != Background::Transparent;
         let is_annotated = self.settings.annotations.any();
         let dialog = SaveDialog::new(self.viewport_size, with_background, is_annotated, &path);
@@ -27,7 +27,7 @@ impl Window {
     pub(super) fn ask_to_save_loop(&mut self) {
         let (Some(document), Some(scene)) = (&self.document, &self.scene) else { return };
         let folder = self.parts.pictures_folder.clone().unwrap_or_default();
-        let path = saving::suggested_path(&folder, &document.source.name()).with_extension("gif");
+        let path = saving::suggested_path(&folder, &document.source.name(), "gif");
         let with_background = scene.background != Background::Transparent;
         let is_annotated = self.settings.annotations.any();
         let size = self.viewport_size;

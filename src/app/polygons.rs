@@ -6,17 +6,18 @@ use std::sync::Arc;
 use eframe::egui::Context;
 use glam::DVec3;
 
+use super::camera_control;
 use super::dialogs::named_file::Purpose;
 use super::document::Source;
 use super::file_dialog::{Answer, FileDialog};
 use super::job::{Ended, Job};
 use super::panels::POLYGONS;
 use super::window::Window;
-use crate::core::counted;
+use crate::core::{Camera, counted};
 use crate::io::ReadError;
 use crate::io::labels::{self, OpenedLabels};
 use crate::io::mesh::{self, OpenedMesh};
-use crate::scene::{BESIDE, PolygonLayer, SampleSource, place_over};
+use crate::scene::{BESIDE, PolygonLayer, SampleSource, Scene, place_over};
 use crate::volume::Lattice;
 
 /// What a file's surfaces are of.
@@ -117,9 +118,8 @@ impl Window {
     fn add_mesh(&mut self, opened: OpenedMesh) {
         let name = opened.mesh.name().to_owned();
         self.tell_of_surfaces(&name, &opened.warnings, opened.mesh.bounds());
-        let Some(scene) = &mut self.scene else { return };
         let source = SampleSource::whole(&opened.path, &name);
-        scene.add(source, PolygonLayer::new(Arc::new(opened.mesh)));
+        self.add_surfaces(|scene| scene.add(source, PolygonLayer::new(Arc::new(opened.mesh))));
     }
 
     fn add_labels(&mut self, opened: OpenedLabels) {
@@ -128,15 +128,32 @@ impl Window {
         let bounds = opened.labels.iter().map(|label| label.mesh.bounds());
         let bounds = bounds.fold(none, |[low, high], [from, to]| [low.min(from), high.max(to)]);
         self.tell_of_surfaces(&name, &opened.warnings, bounds);
-        let Some(scene) = &mut self.scene else { return };
         let count = counted(opened.labels.len(), "label");
-        for (number, label) in opened.labels.into_iter().enumerate() {
-            let source = SampleSource::whole(&opened.path, label.mesh.name());
-            scene.add(source, PolygonLayer::of_label(Arc::new(label.mesh), number, label.colour));
-        }
+        self.add_surfaces(|scene| {
+            for (number, label) in opened.labels.into_iter().enumerate() {
+                let source = SampleSource::whole(&opened.path, label.mesh.name());
+                let layer = PolygonLayer::of_label(Arc::new(label.mesh), number, label.colour);
+                scene.add(source, layer);
+            }
+        });
         self.notices.hint(format!(
             "{count} shown as surfaces; where the volume hides them, lower its opacity or clip it: {name}"
         ));
+    }
+
+    /// Adds surfaces to the scene. A view that nobody has moved since the file was opened shows them, too.
+    fn add_surfaces(&mut self, add: impl FnOnce(&mut Scene)) {
+        let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
+        let Some(scene) = &mut self.scene else { return };
+        let first = |scene: &Scene| {
+            let framed = camera_control::framed(scene, orientation.first_view(), orientation, size);
+            Camera { projection: scene.camera.projection, ..framed }
+        };
+        let is_unmoved = scene.camera == first(scene);
+        add(scene);
+        if is_unmoved {
+            scene.camera = first(scene);
+        }
     }
 
     fn tell_of_surfaces(&mut self, name: &str, warnings: &[String], [low, high]: [DVec3; 2]) {

@@ -134,7 +134,7 @@ pub fn save_screenshot(
 ) -> Job<Saved> {
     let (folder, name) = (folder.to_owned(), file_stem(name));
     Job::start("save-screenshot", "Saving the screenshot", ctx, move |_| {
-        let path = next_free(&folder, &name);
+        let path = next_free(&folder, &name, "png");
         make_folder_of(&path)?;
         write_png(&picture, &written, &path).map(|()| Written { first: path, others: 0 })
     })
@@ -158,9 +158,11 @@ pub fn write_png(picture: &Picture, written: &[Primitive], path: &Path) -> Resul
     place.write(bytes.get_ref())
 }
 
-/// The default name of a saved picture: `{folder}/{name}_{n}.png`, the first free `n`.
-pub fn suggested_path(folder: &Path, name: &str) -> PathBuf {
-    next_free(folder, &file_stem(name))
+/// The default name of a saved picture or loop: `{folder}/{name}.{extension}`, and with the first free number where that is taken.
+pub fn suggested_path(folder: &Path, name: &str, extension: &str) -> PathBuf {
+    let stem = file_stem(name);
+    let plain = folder.join(format!("{stem}.{extension}"));
+    if plain.exists() { next_free(folder, &stem, extension) } else { plain }
 }
 
 /// The default name of a saved transfer function: `{folder}/{name}_transfer.json`.
@@ -179,9 +181,9 @@ fn make_folder_of(path: &Path) -> Result<(), String> {
     })
 }
 
-/// The first of `{folder}/{stem}_{n}.png`, n = 1, 2, …, that does not exist.
-fn next_free(folder: &Path, stem: &str) -> PathBuf {
-    let candidates = (1_u32..).map(|n| folder.join(format!("{stem}_{n}.png")));
+/// The first of `{folder}/{stem}_{n}.{extension}`, n = 1, 2, …, that does not exist.
+fn next_free(folder: &Path, stem: &str, extension: &str) -> PathBuf {
+    let candidates = (1_u32..).map(|n| folder.join(format!("{stem}_{n}.{extension}")));
     // Four thousand million screenshots of one file are not expected.
     candidates.into_iter().find(|path| !path.exists()).unwrap_or_default()
 }
@@ -243,10 +245,21 @@ mod tests {
     #[test]
     fn screenshots_never_overwrite_each_other() {
         let folder = tempfile::tempdir().unwrap();
-        let first = next_free(folder.path(), "tooth");
+        let first = next_free(folder.path(), "tooth", "png");
         assert_eq!(first, folder.path().join("tooth_1.png"));
         std::fs::write(&first, b"").unwrap();
-        assert_eq!(next_free(folder.path(), "tooth"), folder.path().join("tooth_2.png"));
+        assert_eq!(next_free(folder.path(), "tooth", "png"), folder.path().join("tooth_2.png"));
+    }
+
+    #[test]
+    fn a_saved_picture_has_the_files_name_and_a_number_where_that_is_taken() {
+        let folder = tempfile::tempdir().unwrap();
+        let suggested = |extension| suggested_path(folder.path(), "can.vtu", extension);
+        for name in ["can.png", "can_1.png", "can_2.png"] {
+            assert_eq!(suggested("png"), folder.path().join(name));
+            std::fs::write(suggested("png"), b"").unwrap();
+        }
+        assert_eq!(suggested("gif"), folder.path().join("can.gif"), "which is free");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use eframe::egui::{CursorIcon, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, vec2};
 use glam::DVec3;
 
-use super::clip_box::moved;
+use super::clip_box::{moved, within};
 use super::theme;
 use super::viewport::PixelArea;
 use crate::scene::{Plane, Scene, Slice, View};
@@ -39,10 +39,8 @@ impl SliceHandles {
             let colour = across.map_or(theme::TEXT_FAINT, |axis| theme::AXES[axis]);
             painter.add(Shape::closed_line(corners, Stroke::new(1.5, colour.gamma_multiply(0.8))));
             let Some((at, here)) = handle(&outline, place) else { continue };
-            let rect = Rect::from_center_size(here, Vec2::splat(4.0 * REACH));
-            if !area.rect.contains_rect(rect) {
-                continue;
-            }
+            let Some(shown) = within(area.rect.shrink(2.0 * REACH), here) else { continue };
+            let rect = Rect::from_center_size(shown, Vec2::splat(4.0 * REACH));
             let id = ui.scope_id().with(("slice", i));
             let held = ui.interact(rect, id, Sense::drag()).on_hover_cursor(CursorIcon::Grab);
             let held = held.on_hover_text(format!("Drag to move slice {}", i + 1));
@@ -61,7 +59,7 @@ impl SliceHandles {
             }
             let is_lit = held.hovered() || held.dragged();
             let fill = if is_lit { theme::TEXT } else { colour };
-            let square = Rect::from_center_size(here, Vec2::splat(2.0 * REACH));
+            let square = Rect::from_center_size(shown, Vec2::splat(2.0 * REACH));
             painter.rect_filled(square.expand(1.0), 2.0, theme::PANEL);
             painter.rect_filled(square, 2.0, fill);
         }

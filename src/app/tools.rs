@@ -2,6 +2,7 @@
 
 use eframe::egui::{Context, Popup};
 
+use super::modes;
 use super::window::Window;
 
 impl Window {
@@ -15,6 +16,20 @@ impl Window {
     /// Takes note of whether something has the keyboard, which Escape takes from it before anyone is asked.
     pub(super) fn note_focus(&mut self, ctx: &Context) {
         self.had_focus = ctx.memory(|memory| memory.focused().is_some());
+    }
+
+    /// Shows or hides the octree's cells. Over a mesh or points that are drawn as they are they would say nothing.
+    pub(super) fn toggle_cells(&mut self) {
+        let has_none =
+            self.scene.as_ref().is_some_and(|scene| modes::is_of_cells_or_points(&scene.splat));
+        if has_none && !self.cells.on {
+            self.notices.hint(
+                "Cells and points that are drawn as they are have no octree: other kernels, under Drawing, draw samples \
+                 that have one",
+            );
+        } else {
+            self.cells.on = !self.cells.on;
+        }
     }
 
     /// Ends window and level, the probe and the octree's cells.

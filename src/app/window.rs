@@ -307,7 +307,7 @@ impl Window {
             Action::ToggleScaleBar => self.toggle_annotation(Annotation::ScaleBar),
             Action::ToggleAxes => self.toggle_annotation(Annotation::Axes),
             Action::ToggleTrihedron => self.toggle_annotation(Annotation::Trihedron),
-            Action::ToggleCells => self.cells.on = !self.cells.on,
+            Action::ToggleCells => self.toggle_cells(),
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
             Action::ToggleCompare => {

@@ -69,7 +69,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
     let flow = flags.flow.layers(&mut vectors)?;
     let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
     polygons.extend(flow);
-    let scene = with_layers(scene, vectors, polygons)?;
+    let scene = with_layers(scene, &flags.scene, vectors, polygons)?;
     if !scene.shading.is_plain() {
         note(
             "triangles (--backend raster, --kernel gouraud) show no regions by gradient strength: their \

@@ -224,7 +224,7 @@ pub struct SceneFlags {
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub camera_focal_point: Option<[f64; 3]>,
     /// Half the height of the view, world units; in perspective that at the focal point, and so how
-    /// far the eye is from it: S / tan(angle / 2) [default: the whole volume fits]
+    /// far the eye is from it: S / tan(angle / 2) [default: all that is seen fits, polygons among it]
     #[arg(long, value_name = "S", value_parser = values::positive, allow_hyphen_values = true)]
     pub parallel_scale: Option<f64>,
     /// Perspective with this full vertical angle, degrees; --parallel-scale says how far the eye is

@@ -170,13 +170,23 @@ pub(super) fn did_not_converge(convergence: &Convergence) -> String {
     match convergence.last_difference {
         Some(difference) => format!(
             "the picture did not converge: with {slabs} slabs per voxel, which cannot be doubled \
-             again (at most {most}), it still changed by {difference:.1e}, not less than \
-             {CONVERGED:.1e}"
+             again (at most {most}), a pixel still changed by {} of full brightness, not less than {}",
+            percent(difference),
+            percent(CONVERGED)
         ),
         None => format!(
             "whether the picture converged is not known: {slabs} slabs per voxel cannot be doubled \
              (at most {most}); choose fewer --slabs-per-voxel to begin with"
         ),
+    }
+}
+
+/// A share in percent, with two digits that matter.
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        percent if percent >= 9.95 => format!("{percent:.0} %"),
+        percent if percent >= 0.995 => format!("{percent:.1} %"),
+        percent => format!("{percent:.2} %"),
     }
 }
 
@@ -260,7 +270,10 @@ mod tests {
         };
         let changed = ended(48.0, Some(0.0123));
         assert!(changed.contains("did not converge: with 48 slabs"), "{changed}");
-        assert!(changed.contains("changed by 1.2e-2, not less than 2.0e-3"), "{changed}");
+        assert!(
+            changed.contains("changed by 1.2 % of full brightness, not less than 0.20 %"),
+            "{changed}"
+        );
         let alone = ended(64.0, None);
         assert!(alone.contains("not known: 64 slabs") && !alone.contains("changed"), "{alone}");
     }

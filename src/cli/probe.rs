@@ -138,7 +138,8 @@ pub(super) fn run(flags: &ProbeFlags) -> Result<(), Failure> {
     };
     let polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
     // Vectors beside values that are projected are told all the same.
-    let scene = with_layers(Scene { shading, inside, ..scene }, vectors, polygons)?;
+    let scene = Scene { shading, inside, ..scene };
+    let scene = with_layers(scene, &flags.scene, vectors, polygons)?;
     let names: Vec<String> =
         scene.vectors().into_iter().map(|layer| layer.field.name.clone()).collect();
     let unit_distance = scene.opacity_unit_distance();

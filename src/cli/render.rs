@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use super::flags::{RefineFlag, RenderFlags};
+use super::flags::{RefineFlag, RenderFlags, SceneFlags};
 use super::flow::FlowFlags;
 use super::notes::{self, Causes, did_not_converge, is_one_colour, no_room};
 use super::polygons::PolygonFlags;
@@ -15,7 +15,7 @@ use crate::core::{Srgb8, Ticket};
 use crate::scene::annotations::Layout;
 use crate::scene::{
     BESIDE, Background, Classify, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer,
-    SampleSource, Scene, SplatSettings, View, Visibility,
+    SampleSource, Scene, SplatSettings, View, Visibility, among_surfaces,
 };
 use crate::task::engine::{Engine, EngineChoice};
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
@@ -322,7 +322,8 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
                 .to_owned(),
         ));
     }
-    let scene = with_layers(Scene { shading, inside, ..scene }, vectors, polygons)?;
+    let scene = Scene { shading, inside, ..scene };
+    let scene = with_layers(scene, &flags.scene, vectors, polygons)?;
     if let Some(refusal) = scene.refusals().first() {
         return Err(Failure::Usage(refusal.to_string()));
     }
@@ -349,12 +350,13 @@ pub(super) fn refuse_among_triangles(
     }
 }
 
-/// A scene with vectors and polygons in it.
+/// A scene with vectors and polygons in it, all in the picture unless the flags say what is.
 ///
 /// # Errors
 /// What its mode has no place for.
 pub(super) fn with_layers(
     mut scene: Scene,
+    flags: &SceneFlags,
     vectors: Option<Vectors>,
     polygons: Vec<(SampleSource, PolygonLayer)>,
 ) -> Result<Scene, Failure> {
@@ -362,8 +364,13 @@ pub(super) fn with_layers(
         vectors.add_to(&mut scene);
     }
     tell_of_those_beside(&scene, &polygons);
+    let is_open = flags.camera_focal_point.is_none() && flags.parallel_scale.is_none();
+    let is_framed = is_open && !polygons.is_empty();
     for (source, layer) in polygons {
         scene.add(source, layer);
+    }
+    if is_framed {
+        scene.camera = among_surfaces(&scene, scene.camera);
     }
     // Of vectors beside values that are projected a probe tells all the same.
     let refusal = scene.refusals().into_iter().find(|refusal| refusal.ground != Ground::Vectors);

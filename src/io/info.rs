@@ -129,7 +129,8 @@ pub struct FieldInfo {
     pub min: Option<f64>,
     /// Greatest finite stored value of any component; null where none is finite.
     pub max: Option<f64>,
-    /// Mean of the finite stored values; null where none is finite.
+    /// Mean of the finite stored values, each of which counts once, however much space its point or cell has; null where none
+    /// is finite.
     pub mean: Option<f64>,
     /// Stored values that are NaN.
     pub nan_count: u64,
@@ -319,9 +320,14 @@ impl fmt::Display for Info {
                 Some(length) => format!(", length up to {}", one(length)),
                 None => String::new(),
             };
+            // Where points and cells have more space or less, a mean by volume is another one.
+            let over = match (self.kind.as_str(), &self.cells) {
+                ("grid", _) | ("unstructured", None) => String::new(),
+                _ => format!(" over {}s", field.association),
+            };
             writeln!(
                 f,
-                "{:<11}{}: {} × {} per {}, {} to {}, mean {}{length}",
+                "{:<11}{}: {} × {} per {}, {} to {}, mean {}{over}{length}",
                 if field.is_vectors { "vectors" } else { "field" },
                 plain(&field.name),
                 field.components,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ClipBox, PolygonLayer, Scene, framing_camera};
 use crate::core::{Camera, names};
+use crate::polygons::Mesh;
 use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
 
@@ -177,6 +178,9 @@ const MOST_LOOKED_AT: usize = 1 << 19;
 const BINS: usize = 1024;
 /// The part of what shows that may lie beyond the frame at either side: single voxels of noise.
 const BEYOND: f64 = 5e-4;
+/// How many times wider a view becomes at most so that surfaces about a field are in it: those that are larger are walls, or in
+/// another unit.
+const MOST_WIDER: f64 = 16.0;
 /// Opacity from which matter counts as seen in full.
 const SEEN: f64 = 0.05;
 
@@ -306,12 +310,57 @@ pub fn framing_what_shows(
     }
 }
 
-/// The same of the surfaces that are drawn, for scenes of nothing else; `None` without any.
-pub fn framing_surfaces(scene: &Scene, direction: DVec3, up: DVec3) -> Option<Camera> {
-    let whole = framing_camera(&scene.lattice(), direction, up);
-    let along = [whole.right(), whole.up, whole.direction];
+/// The same of all that is seen of a scene: of its field, or of the whole lattice where there are vectors in its place, and of
+/// the surfaces among them; of surfaces by themselves all of these.
+pub fn framing_all(scene: &Scene, direction: DVec3, up: DVec3) -> Camera {
+    let field = scene.volume().zip(scene.transfer()).filter(|_| scene.shows_field());
+    let whole = || framing_camera(&scene.lattice(), direction, up);
+    match field {
+        Some((volume, transfer)) => {
+            among_surfaces(scene, framing_what_shows(volume, transfer, direction, up))
+        }
+        None if scene.vectors().is_empty() => {
+            framing_surfaces(scene, direction, up).unwrap_or_else(whole)
+        }
+        None => among_surfaces(scene, whole()),
+    }
+}
+
+/// A camera that shows the surfaces of a scene, too: as it is where they are in its picture, otherwise about them and what it
+/// showed. Those that lie beside the volume ([`Scene::may_reach`]) or reach very far beyond it are left where they are: with all of
+/// them in sight little could be made out.
+pub fn among_surfaces(scene: &Scene, camera: Camera) -> Camera {
+    let along = [camera.right(), camera.up, camera.direction];
+    let reaches = |mesh: &Mesh| scene.may_reach(mesh.bounds());
+    let Some(ends) = ends_of_surfaces(scene, along, reaches) else { return camera };
+    let middle = along.map(|axis| axis.dot(camera.focal_point));
+    let is_within = |half: f64, axis: usize| {
+        ends[axis][0] >= middle[axis] - half && ends[axis][1] <= middle[axis] + half
+    };
+    if [0, 1].iter().all(|axis| is_within(camera.parallel_scale, *axis)) {
+        return camera;
+    }
+    let own = camera.parallel_scale / 1.05;
+    let ends = [0, 1, 2]
+        .map(|axis| [ends[axis][0].min(middle[axis] - own), ends[axis][1].max(middle[axis] + own)]);
+    let (focal_point, parallel_scale) = about(along, ends);
+    if parallel_scale > MOST_WIDER * camera.parallel_scale {
+        return camera;
+    }
+    Camera { focal_point, parallel_scale, ..camera }
+}
+
+/// Where surfaces lie along three axes, of those that `counts`; `None` without any.
+fn ends_of_surfaces(
+    scene: &Scene,
+    along: [DVec3; 3],
+    counts: impl Fn(&Mesh) -> bool,
+) -> Option<[[f64; 2]; 3]> {
     let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
     for PolygonLayer { mesh, .. } in scene.polygons() {
+        if !counts(mesh.as_ref()) {
+            continue;
+        }
         for place in mesh.framed_places() {
             for (ends, along) in ends.iter_mut().zip(along) {
                 let at = along.dot(place);
@@ -319,10 +368,23 @@ pub fn framing_surfaces(scene: &Scene, direction: DVec3, up: DVec3) -> Option<Ca
             }
         }
     }
+    ends.iter().all(|[low, high]| low <= high).then_some(ends)
+}
+
+/// The middle of what lies between ends along three axes, and half the height of a view that shows all of it, with a margin of
+/// a twentieth.
+fn about(along: [DVec3; 3], ends: [[f64; 2]; 3]) -> (DVec3, f64) {
     let halves = ends.map(|[low, high]| 0.5 * (high - low));
     let middle = along.iter().zip(ends).map(|(&axis, [low, high])| axis * (0.5 * (low + high)));
-    let focal_point: DVec3 = middle.sum();
-    let parallel_scale = 1.05 * halves[0].max(halves[1]);
+    (middle.sum(), 1.05 * halves[0].max(halves[1]))
+}
+
+/// The same of the surfaces that are drawn, for scenes of nothing else; `None` without any.
+pub fn framing_surfaces(scene: &Scene, direction: DVec3, up: DVec3) -> Option<Camera> {
+    let whole = framing_camera(&scene.lattice(), direction, up);
+    let along = [whole.right(), whole.up, whole.direction];
+    let ends = ends_of_surfaces(scene, along, |_| true)?;
+    let (focal_point, parallel_scale) = about(along, ends);
     (parallel_scale > 0.0).then_some(Camera { focal_point, parallel_scale, ..whole })
 }
 
@@ -484,6 +546,37 @@ mod tests {
                 assert!(direction.dot(up).abs() < 1e-12, "{view:?}");
             }
         }
+    }
+
+    #[test]
+    fn surfaces_that_reach_beyond_a_field_are_framed_with_it() {
+        let lattice = Lattice::unit([10; 3]);
+        let samples = Samples::UInt8((0..1000).map(|i| (i % 251) as u8).collect());
+        let volume =
+            Arc::new(ScalarVolume::from_samples("block", lattice, samples).expect("sound"));
+        let alone = crate::scene::opening(Default::default(), volume, None);
+        let (direction, up) = NamedView::Front.direction_and_up(Orientation::default());
+        let own = framing_all(&alone, direction, up);
+        let triangle = |at: DVec3, size: f64| {
+            let corners = [at, at + DVec3::X * size, at + DVec3::Z * size];
+            let corners = corners.map(|corner| corner.as_vec3()).to_vec();
+            let mesh = Mesh::new("t", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]);
+            PolygonLayer::new(Arc::new(mesh.expect("a triangle")))
+        };
+        let with = |at: DVec3, size: f64| {
+            framing_all(&alone.clone().with(triangle(at, size)), direction, up)
+        };
+        assert_eq!(with(DVec3::splat(3.0), 2.0), own, "within it");
+        assert_eq!(with(DVec3::splat(500.0), 2.0), own, "beside it");
+        assert_eq!(with(DVec3::splat(-500.0), 1000.0), own, "a wall");
+        let camera = with(DVec3::splat(4.0), 30.0);
+        // From the block's lower end to the triangle's upper one, along x and z.
+        let low = own.focal_point - own.parallel_scale / 1.05;
+        let (middle, half) = ((low + 34.0) / 2.0, (DVec3::splat(34.0) - low) / 2.0);
+        assert!((camera.parallel_scale - 1.05 * half.x.max(half.z)).abs() < 1e-4, "{camera:?}");
+        let off = camera.focal_point - middle;
+        assert!(off.x.abs() < 1e-4 && off.z.abs() < 1e-4, "{camera:?}");
+        assert_eq!(among_surfaces(&alone, camera), camera, "there are none");
     }
 
     /// A ball of some radius about a place fills the frame, wherever and however small it is, and single voxels far

@@ -26,8 +26,8 @@ pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use effect::Effect;
 pub use first_look::FirstLook;
 pub use framing::{
-    NamedView, Orientation, UpAxis, axis_letters, box_of_what_shows, framing_surfaces,
-    framing_what_shows,
+    NamedView, Orientation, UpAxis, among_surfaces, axis_letters, box_of_what_shows, framing_all,
+    framing_surfaces, framing_what_shows,
 };
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
@@ -100,16 +100,18 @@ pub struct Scene {
 impl Scene {
     /// World length ℓ over which opacities are given.
     pub fn opacity_unit_distance(&self) -> f64 {
+        self.splat.opacity_unit_distance.unwrap_or_else(|| self.own_unit_distance())
+    }
+
+    /// The same where nobody chose one: the median edge of cells, how far points lie apart, else the smallest spacing.
+    pub fn own_unit_distance(&self) -> f64 {
         // The samples of cells and points are as fine as quick pictures want them.
-        let own = || {
-            let found = self.volume().and_then(|volume| match (&volume.cells, &volume.scattered) {
-                (Some(field), _) => Some(field.cells().median_edge()),
-                (None, Some(scattered)) => scattered.spacing(),
-                (None, None) => None,
-            });
-            found.filter(|own| *own > 0.0).unwrap_or_else(|| self.lattice().smallest_spacing())
-        };
-        self.splat.opacity_unit_distance.unwrap_or_else(own)
+        let found = self.volume().and_then(|volume| match (&volume.cells, &volume.scattered) {
+            (Some(field), _) => Some(field.cells().median_edge()),
+            (None, Some(scattered)) => scattered.spacing(),
+            (None, None) => None,
+        });
+        found.filter(|own| *own > 0.0).unwrap_or_else(|| self.lattice().smallest_spacing())
     }
 
     /// The transfer function that its field is drawn with: projected values have their colours in a range of their own,

@@ -24,7 +24,7 @@ fn rendered(folder: &Path, flags: &[&str]) -> Result<Vec<u8>, String> {
 fn meshes_are_embedded_or_refused_in_a_sentence() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = folder.path().join("a mesh.obj");
-    fs::write(&mesh, "v 1 1 1\nv 9 1 1\nv 1 9 9\nf 1 2 3\n").expect("written");
+    fs::write(&mesh, "v -0.8 -0.8 0\nv 0.8 -0.8 0\nv 0 0.8 0.8\nf 1 2 3\n").expect("written");
     let mesh = mesh.to_str().expect("UTF-8");
     let of = |flags: &[&str]| rendered(folder.path(), flags);
     let refused = of(&["--mesh", "nothing.stl"]).unwrap_err();
@@ -54,6 +54,52 @@ fn meshes_are_embedded_or_refused_in_a_sentence() {
     for (i, picture) in pictures.iter().enumerate() {
         assert!(pictures[..i].iter().all(|other| other != picture), "{i}");
     }
+}
+
+#[test]
+fn polygons_that_reach_beyond_the_volume_are_in_the_first_view() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [mesh, picture] = ["m.obj", "m.png"].map(|name| folder.path().join(name));
+    let square = "v -3 -3 0\nv 3 -3 0\nv 3 3 0\nv -3 3 0\nf 1 2 3\nf 1 3 4\n";
+    fs::write(&mesh, square).expect("written");
+    let [file, to] = [&mesh, &picture].map(|path| path.to_str().expect("UTF-8"));
+    // The first and the last column that are lit, and how many pixels are.
+    let lit = |flags: &[&str]| {
+        let own = [
+            "render",
+            DEMO,
+            "--engine",
+            "native",
+            "--resolution",
+            "64,64",
+            "--mesh",
+            file,
+            "--opacity",
+            "0:0,1:0",
+            "--shading",
+            "none",
+            "--camera-direction",
+            "0,0,-1",
+            "--camera-view-up",
+            "0,1,0",
+            "-o",
+            to,
+        ];
+        let output = voxsplat(&[&own[..], flags].concat());
+        assert!(output.status.success(), "{}", errors(&output));
+        let drawn = image::open(&picture).expect("a picture").to_rgb8();
+        let lit: Vec<u32> =
+            drawn.enumerate_pixels().filter(|(_, _, p)| p.0 != [0; 3]).map(|(x, ..)| x).collect();
+        (lit.iter().min().copied(), lit.iter().max().copied(), lit.len())
+    };
+    // The square and a margin of a twentieth.
+    let (first, last, count) = lit(&[]);
+    assert!(first.is_some_and(|x| (1..4).contains(&x)), "{first:?} to {last:?}");
+    assert!(last.is_some_and(|x| (60..63).contains(&x)), "{first:?} to {last:?}");
+    assert!(count > 3300, "{count}");
+    // What is asked for is what is seen.
+    let near = lit(&["--camera-focal-point", "0,0,0", "--parallel-scale", "1"]);
+    assert_eq!(near, (Some(0), Some(63), 64 * 64));
 }
 
 /// A segmentation of the demo as 3D Slicer writes it, over a patient's axes: a block of 4³ of the sixth label, beside one of

@@ -100,6 +100,40 @@ fn a_face_of_the_box_is_dragged_on_the_picture_and_the_view_stays() {
 }
 
 #[test]
+fn a_face_beyond_the_picture_is_dragged_by_a_handle_at_its_edge() {
+    let mut bench = Bench::opened();
+    tick(&mut bench, "Clip box");
+    bench.hover(bench.viewport().center());
+    for _ in 0..14 {
+        bench.wheel(1.0);
+        bench.harness.run_steps(3);
+    }
+    bench.settle();
+    let (camera, viewport) = (bench.camera(), bench.viewport());
+    let scene = bench.last_request().scene;
+    let view = View::new(&scene, bench.last_request().size);
+    let [low, high] = bounds(&bench).in_index(scene.lattice().dims);
+    let mut at = (low + high) / 2.0;
+    at.x = high.x;
+    let place = |at| {
+        let pixel = view.point_on_picture(at).expect("orthographic").as_vec2();
+        viewport.min + vec2(pixel.x, pixel.y) * (viewport.width() / view.size[0] as f32)
+    };
+    let (here, end) = (place(at), place(at + glam::DVec3::X));
+    assert!(!viewport.contains(here), "zoomed in: {here}");
+    // On the way from the middle to the face, as far as a handle's room from the edge.
+    let (away, half) = (here - viewport.center(), viewport.shrink(10.0).size() / 2.0);
+    let edge = viewport.center() + away / (away.x / half.x).abs().max((away.y / half.y).abs());
+    let by = (end - here) * (-0.05 * scene.lattice().dims[0] as f32);
+    bench.drag_from(edge, PointerButton::Primary, Modifiers::NONE, by);
+    bench.settle();
+    assert_eq!(bench.camera(), camera, "the view stays");
+    let ClipBox { low, high } = bounds(&bench);
+    assert!((high[0] - 0.95).abs() < 0.01, "{high:?}");
+    assert_eq!((low, [high[1], high[2]]), ([0.0; 3], [1.0; 2]), "no other face moved");
+}
+
+#[test]
 fn planes_are_added_turned_flipped_moved_and_removed() {
     let mut bench = Bench::opened();
     let planes = |bench: &Bench| inside(bench).clip.planes;
@@ -229,7 +263,7 @@ fn places_in_meshes_and_points_are_coordinates_and_their_box_opens_whole() {
         let has_cells = bench.harness.query_by_role_and_label(Role::Label, "Cells").is_some();
         assert_eq!(has_cells, name == "ring.vtu", "points that no cell joins are told once");
         if name == "points.csv" {
-            tick(&mut bench, "Its points shown");
+            tick(&mut bench, "Its points as a volume");
         }
         let volume = bench.window().scene().unwrap().volume().unwrap().clone();
         tick(&mut bench, "Clip box");
@@ -271,7 +305,7 @@ fn a_slice_in_opaque_matter_says_why_nothing_is_seen_of_it() {
     press(&mut bench, "Add slice");
     let alone = "A surface by itself has neither slices nor isosurfaces: show its points under Data for these";
     assert!(bench.shows(alone) && !says(&bench), "points open as small bodies");
-    tick(&mut bench, "Its points shown");
+    tick(&mut bench, "Its points as a volume");
     assert!(!bench.shows(alone));
     assert!(says(&bench), "points are opaque at first");
     tick(&mut bench, "Clip box");

@@ -2,7 +2,7 @@
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::app::words;
 use voxsplat::kernel::Kernel;
 use voxsplat::scene::{ByArray, PolygonLook, Scene};
@@ -29,6 +29,7 @@ fn a_mesh_opens_as_its_cells_which_the_data_panel_counts() {
     assert!(scene(&bench).volume().is_some_and(|volume| volume.cells.is_some()));
     // 24 around, five by five across; four by four cubes of six tetrahedra between them.
     assert!(bench.tells("600") && bench.tells(&words::count(2304)) && bench.shows("Edges"));
+    assert!(bench.tells(" by volume"), "points lie closer together here than there");
     // Evenly spaced samples stand for it only while it moves: they have no dimensions of their own.
     assert!(bench.shows("Sampled") && !bench.shows("Dimensions"));
     // What another file has no cells for is drawn as that opens.
@@ -45,6 +46,39 @@ fn other_kernels_take_turns_with_cells_which_undo_brings_back() {
     bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     bench.settle();
     assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
+}
+
+#[test]
+fn what_is_of_samples_alone_is_not_shown_of_cells() {
+    let mut bench = opened("ring.vtu");
+    let of_samples = [
+        "Splats",
+        "Classic splatting",
+        "Reconstruction",
+        "Visibility",
+        "Extent",
+        "Coarse octree",
+        "Show octree cells",
+        "Slabs per voxel",
+    ];
+    for name in of_samples {
+        assert!(!bench.shows(name), "{name}");
+    }
+    for name in ["Drawing", "Kernel", "Colouring", "Slabs per sample", "Unit distance"] {
+        assert!(bench.shows(name), "{name}");
+    }
+    // What it is told to be is what it is.
+    let unit = bench.harness.get_by_role_and_label(Role::Slider, "Unit distance");
+    let shown = unit.accesskit_node().numeric_value();
+    assert_eq!(shown, Some(scene(&bench).opacity_unit_distance()));
+    bench.harness.key_press(Key::G);
+    bench.settle();
+    assert!(!bench.window().cells().on && bench.tells("have no octree"));
+    // Its samples have all of it.
+    bench.choose("Kernel", "Linear");
+    for name in of_samples {
+        assert!(bench.shows(name), "{name}");
+    }
 }
 
 #[test]
@@ -95,13 +129,16 @@ fn polygons_open_as_a_surface_in_the_colours_of_the_field_that_is_chosen() {
     let by = look.by.expect("coloured");
     assert_eq!((by.map, by.range), (ColourMap::Inferno, [10.0, 20.0]));
     assert!(!scene(&bench).shows_field());
-    let shown = bench.harness.get_by_role_and_label(Role::CheckBox, "Its points shown");
+    let shown = bench.harness.get_by_role_and_label(Role::CheckBox, "Its points as a volume");
     shown.click();
     bench.settle();
     assert!(scene(&bench).shows_field() && bench.shows("Graph"));
-    bench.harness.get_by_role_and_label(Role::CheckBox, "Its points shown").click();
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Its points as a volume").click();
     bench.settle();
-    assert!(!scene(&bench).shows_field() && bench.tells("Of the points, which Data shows"));
+    assert!(
+        !scene(&bench).shows_field()
+            && bench.tells("For its points as a volume, which Data can draw")
+    );
     assert!(!bench.shows("Graph"), "nothing is edited that nobody sees");
     // And by none.
     bench.choose("Mesh 1 colour by", "Nothing");

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable as _;
 use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
@@ -92,6 +92,24 @@ fn a_dropped_mesh_is_embedded_changed_and_taken_back() {
     let said = bench.window().notices().shown().last().expect("an error").text.clone();
     assert!(said.contains("at least one triangle") && said.contains("broken.obj"), "{said}");
     assert_eq!(layers(&bench).len(), 1);
+}
+
+#[test]
+fn a_first_view_takes_in_what_reaches_beyond_the_volume_and_a_moved_one_stays() {
+    let mut bench = Bench::opened();
+    let first = bench.camera();
+    dropped(&mut bench, "fibre.obj", TRIANGLE);
+    assert_eq!(bench.camera(), first, "it is in sight");
+    dropped(&mut bench, "large.obj", "v 1 1 1\nv 60 1 1\nv 1 60 2\nf 1 2 3\n");
+    let wide = bench.camera();
+    assert!(wide.parallel_scale > 2.0 * first.parallel_scale, "{wide:?}");
+    assert_eq!(wide.direction, first.direction);
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(40.0, 30.0));
+    bench.settle();
+    let turned = bench.camera();
+    assert_ne!(turned, wide);
+    dropped(&mut bench, "larger.obj", "v 1 1 1\nv 90 1 1\nv 1 90 2\nf 1 2 3\n");
+    assert_eq!(bench.camera(), turned, "the view is the hand's");
 }
 
 /// As `voxsplat fibre.obj good.nrrd other.nrrd` begins.

@@ -30,7 +30,9 @@ fn a_key_refines_the_view_until_it_converges_and_the_next_one_only_as_time_allow
     bench.settle();
     assert_eq!(converge_ms(&bench), f64::INFINITY);
     assert!(bench.shows("Finished · 12 ms · converged"), "the line says so");
-    assert!(bench.tells("With 8 slabs a voxel no pixel differs by more than 0.0008"));
+    assert!(
+        bench.tells("With 8 slabs a voxel no pixel differs by more than 0.08 % of full brightness")
+    );
     let asked = bench.request_count();
     bench.harness.key_press(Key::R);
     bench.settle();

@@ -415,6 +415,12 @@ impl Library for NamedFiles {
                 let grid = Grid::shaped([4, 1, 1], shape, fields).expect("a grid");
                 Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
             }
+            // What there is much to know of.
+            "noted.nrrd" => {
+                let warnings = ["first", "second", "third", "fourth"];
+                let warnings = warnings.map(|which| format!("the {which} thing to know")).to_vec();
+                Ok(ReadGrid { warnings, ..grid([8; 3], "noted", 1) })
+            }
             // What a first look lights.
             "faces.nrrd" => Ok(grid([8; 3], "faces", 1)),
             "demo:tornado" => {

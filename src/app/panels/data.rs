@@ -1,10 +1,12 @@
 //! What was opened.
 
-use eframe::egui::{Button, ComboBox, Ui};
+use eframe::egui::{Button, CollapsingHeader, ComboBox, RichText, Ui};
 
+use super::inside::note_ui;
 use super::{facts_ui, row_ui};
 use crate::app::document::Document;
-use crate::app::words;
+use crate::app::sentences::without_flags;
+use crate::app::{theme, words};
 use crate::core::memory::human_bytes;
 use crate::io::Series;
 use crate::scene::{Scene, SplatSettings};
@@ -69,12 +71,18 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
             "The least and the greatest finite value",
         ),
         match shape {
-            Shape::Unstructured(_) => (
+            Shape::Affine => ("Mean", words::value(statistics.mean), "Of the finite values"),
+            Shape::Unstructured(_) if volume.cells.is_none() => (
                 "Mean",
                 words::value(statistics.mean),
-                "Of the finite values, each weighing as much as the space that it fills",
+                "Of the finite values, each of which counts once",
             ),
-            _ => ("Mean", words::value(statistics.mean), "Of the finite values"),
+            _ => (
+                "Mean",
+                format!("{} by volume", words::value(statistics.mean)),
+                "Of the finite values, each weighing as much as the space that it fills; that of voxsplat info is over the \
+                 file's points or cells, each of which counts once there",
+            ),
         },
         ("Space", space.to_owned(), space_help),
         (
@@ -87,8 +95,8 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
         Shape::Affine => {}
         Shape::Unstructured(_) => {
             let samples = lattice.dims.map(|n| n.to_string()).join(" × ");
-            let help = "While the view moves, and by other kernels than Cells and Ellipsoids, evenly spaced samples of the mesh \
-                        are drawn";
+            let help = "Evenly spaced samples of the mesh, which other kernels than Cells and Ellipsoids draw, and quick \
+                        pictures of very many cells";
             rows.push(("Sampled", samples, help));
         }
         _ => {
@@ -115,9 +123,24 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
         rows.push(("Not finite", text, "NaN is drawn fully transparent"));
     }
     facts_ui(ui, &rows);
+    notes_ui(ui, &document.warnings);
     let series = series_ui(ui, &document.series).map(DataChoice::Series);
     let field = choice_ui(ui, document).map(DataChoice::Field);
     series.or(field)
+}
+
+/// What there is to know of the file, which was said when it opened.
+fn notes_ui(ui: &mut Ui, notes: &[String]) {
+    if notes.is_empty() {
+        return;
+    }
+    let title = format!("Notes on the file ({})", notes.len());
+    let title = RichText::new(title).size(12.5).color(theme::NOTE);
+    CollapsingHeader::new(title).id_salt("notes").default_open(false).show_unindented(ui, |ui| {
+        for note in notes {
+            note_ui(ui, &without_flags(note));
+        }
+    });
 }
 
 /// What a mesh is drawn as, where that can be chosen: its cells, or ellipsoids about its points or cells. Other kernels draw its
@@ -150,12 +173,14 @@ pub fn drawn_as_ui(ui: &mut Ui, volume: &ScalarVolume, splat: &mut SplatSettings
     });
 }
 
-/// Whether the points of a file that opens as a surface are drawn beside it.
+/// Whether the points of a file that opens as a surface, or as bodies, are drawn beside it as a field.
 pub fn points_ui(ui: &mut Ui, scene: &mut Scene) {
-    row_ui(ui, "Its points", |ui| {
+    row_ui(ui, "Also draw", |ui| {
         let mut are_shown = scene.shows_field();
-        let shown = ui.checkbox(&mut are_shown, "Shown").accessible_name("Its points shown");
-        let help = "Draw its points, too, as a field: an ellipsoid about each; of a surface of more than 10 000 evenly spaced samples. Hide what is under Polygons and labels to see these alone";
+        let shown = ui.checkbox(&mut are_shown, "Its points as a volume");
+        let help = "Fill the space about its points, too, as the transfer function says: each is a soft ellipsoid, as wide as \
+                    its neighbours lie apart (of a surface of more than 10 000 points, evenly spaced samples). Slices and \
+                    isosurfaces are of this. Hide what is under Polygons and labels to see it alone";
         if shown.on_hover_text(help).changed() {
             scene.show_field(are_shown);
         }

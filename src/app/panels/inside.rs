@@ -4,7 +4,7 @@ use eframe::egui::{Button, ComboBox, DragValue, Label, RichText, Slider, SliderC
 
 use super::splat::choice_ui;
 use super::{number_ui, row_ui, slider_ui};
-use crate::app::theme;
+use crate::app::{modes, theme};
 use crate::core::colour::srgb_from_linear;
 use crate::core::{Camera, Srgb8};
 use crate::kernel::Kernel;
@@ -46,10 +46,11 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     if *along != AlongRay::Composite && !(isosurfaces.is_empty() && slices.is_empty()) {
         note_ui(ui, "Isosurfaces and slices are shown where Rendering is Volume");
     } else if splat.classify.takes_one_value() && !isosurfaces.is_empty() {
-        note_ui(
-            ui,
-            "Isosurfaces need values that are classified pre-integrated: choose that under Splats",
+        let text = format!(
+            "Isosurfaces need values that are coloured pre-integrated: choose that under {}",
+            modes::section(splat)
         );
+        note_ui(ui, &text);
     }
     let statistics = &volume.statistics;
     let colour_at = |value: f64| {

@@ -52,11 +52,13 @@ const NUMBER_WIDTH: f32 = 60.0;
 const VALUE_AND_RESET_WIDTH: f32 = 140.0;
 
 /// Sections that are closed until somebody opens them: they are needed rarely.
-const CLOSED_AT_FIRST: [&str; 3] = ["Basis functions", POLYGONS, "Splats"];
+const CLOSED_AT_FIRST: [&str; 3] = ["Basis functions", POLYGONS, SPLATS];
 /// The section of polygons and labels.
 pub(super) const POLYGONS: &str = "Polygons and labels";
+/// The section of the mode; see [`super::modes::section`].
+pub(super) const SPLATS: &str = "Splats";
 
-/// Which sections somebody has opened or closed, by their titles; the others are as at first.
+/// Which sections somebody has opened or closed, by their names; the others are as at first.
 pub type Sections = BTreeMap<String, bool>;
 
 /// A titled section that folds, and stays as it was left.
@@ -66,7 +68,17 @@ pub(super) fn section_ui<R>(
     title: &str,
     add: impl FnOnce(&mut Ui) -> R,
 ) -> Option<R> {
-    let is_open = sections.get(title).copied().unwrap_or(!CLOSED_AT_FIRST.contains(&title));
+    titled_section_ui(ui, sections, (title, title), add)
+}
+
+/// The same where a section has another title at times; it is kept by its `name`.
+pub(super) fn titled_section_ui<R>(
+    ui: &mut Ui,
+    sections: &mut Sections,
+    (name, title): (&str, &str),
+    add: impl FnOnce(&mut Ui) -> R,
+) -> Option<R> {
+    let is_open = sections.get(name).copied().unwrap_or(!CLOSED_AT_FIRST.contains(&name));
     let words = RichText::new(title).size(13.5).strong();
     // As it is from its first pass on, without being opened before all eyes.
     let header = CollapsingHeader::new(words).default_open(is_open).open(Some(is_open));
@@ -77,7 +89,7 @@ pub(super) fn section_ui<R>(
         result
     });
     if shown.header_response.clicked() {
-        sections.insert(title.to_owned(), !is_open);
+        sections.insert(name.to_owned(), !is_open);
         ui.ctx().request_repaint();
     }
     shown.body_returned

@@ -13,7 +13,7 @@ use crate::app::words;
 use crate::core::Srgb8;
 use crate::polygons::MeshArray;
 use crate::scene::{
-    ByArray, Effect, Layer, Look, POLYGON_COLOUR, PolygonLook, SampleSource, Sampled, Scene,
+    ByArray, Effect, Ground, Layer, Look, POLYGON_COLOUR, PolygonLook, SampleSource, Sampled, Scene,
 };
 
 /// How high the list of a file's labels grows before it scrolls, points.
@@ -23,8 +23,13 @@ const MOST_LABELS_HEIGHT: f32 = 220.0;
 pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> Option<Action> {
     let files = files(scene);
     if !files.is_empty() && scene.refusal_of(Effect::Polygons).is_some() {
-        let text = "Not drawn: this mode is of triangles of its own, or Rendering is not Volume. Choose the exact \
-                    mode under Splats, or another kernel and back end, and Volume above";
+        let text = match Ground::of_mode(&scene.splat) {
+            None => "Not drawn: Rendering is not Volume. Choose Volume above",
+            Some(_) => {
+                "Not drawn: this mode is of triangles of its own. Choose the exact mode under Splats, or another kernel and \
+                 back end, and Volume above"
+            }
+        };
         note_ui(ui, text);
     }
     let mut removed = 0..0;

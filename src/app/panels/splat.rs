@@ -20,38 +20,55 @@ const SLABS: std::ops::RangeInclusive<f64> = LEAST_SLABS_PER_VOXEL..=16.0;
 /// The sheets on offer, per kernel.
 const SHEETS: std::ops::RangeInclusive<u32> = 1..=16;
 
-/// Every choice of a mode. `voxel` is the smallest spacing, world units; `offers` tells which kernels the field can be drawn
-/// with.
+/// Every choice of a mode. `unit` is the distance over which opacities are given where nobody chose one, world units; `offers`
+/// tells which kernels the field can be drawn with.
 ///
-/// A choice that contradicts others takes them along; see [`modes::changed`].
+/// A choice that contradicts others takes them along; see [`modes::changed`]. What would only put samples in the place of
+/// cells, points or functions that are drawn as they are is left to the choice of the kernel.
 pub fn splat_ui(
     ui: &mut Ui,
     splat: &mut SplatSettings,
-    (voxel, offers): (f64, impl Fn(Kernel) -> bool),
+    (unit, offers): (f64, impl Fn(Kernel) -> bool),
 ) {
-    presets_ui(ui, splat);
+    let of_samples = splat.kernel.is_of_samples();
+    if !modes::is_of_cells_or_points(splat) {
+        presets_ui(ui, splat);
+    }
     let mut chosen = ModeChoice::default();
     let kernels: Vec<Kernel> = Kernel::ALL.into_iter().filter(|kernel| offers(*kernel)).collect();
     let kernel_words = |kernel| (words::kernel(kernel), words::kernel_help(kernel));
-    let help =
-        "How far the value of one sample reaches, and how strongly: its neighbours' are faint";
+    let help = match modes::is_of_cells_or_points(splat) {
+        false => {
+            "How far the value of one sample reaches, and how strongly: its neighbours' are faint"
+        }
+        true => {
+            "What values are found by: cells or points as they are, or a kernel that blends evenly spaced samples of \
+             them"
+        }
+    };
     chosen.kernel =
         pictured_ui(ui, ("Kernel", help), &kernels, splat.kernel, (kernel_words, pictures::kernel));
     if splat.kernel == Kernel::Gouraud {
         mesh_ui(ui, splat.gouraud, &mut chosen);
     }
     let now = *splat;
-    let help = "What the samples, the dots, are blended to: along the filled curve; the other choice is faint";
-    chosen.reconstruction = pictured_ui(
-        ui,
-        ("Reconstruction", help),
-        Reconstruction::ALL,
-        now.reconstruction,
-        (words::reconstruction, pictures::reconstruction),
-    );
+    if of_samples {
+        let help = "What the samples, the dots, are blended to: along the filled curve; the other choice is faint";
+        chosen.reconstruction = pictured_ui(
+            ui,
+            ("Reconstruction", help),
+            Reconstruction::ALL,
+            now.reconstruction,
+            (words::reconstruction, pictures::reconstruction),
+        );
+    }
     let has_means = offers(Kernel::Functions);
-    let is_offered = |classify: &&Classify| has_means || **classify != Classify::Mean;
-    let times: Vec<Classify> = Classify::ALL.iter().filter(is_offered).copied().collect();
+    let is_offered = |classify: &Classify| match classify {
+        Classify::Before => of_samples,
+        Classify::Mean => has_means,
+        Classify::After | Classify::PreIntegrated => true,
+    };
+    let times: Vec<Classify> = Classify::ALL.iter().copied().filter(is_offered).collect();
     let help = "When values become opacities. The green values pass through a thin layer that has opacity: what \
                 is drawn of it is filled, the truth is faint";
     chosen.classify = pictured_ui(
@@ -61,24 +78,29 @@ pub fn splat_ui(
         now.classify,
         (words::classify, pictures::classify),
     );
-    let help = "What is added up before it is laid over what lies behind it, seen from the side: the eye looks \
-                at a turned lattice of samples";
-    chosen.visibility = pictured_ui(
-        ui,
-        ("Visibility", help),
-        Visibility::ALL,
-        now.visibility,
-        (words::visibility, pictures::visibility),
-    );
+    if of_samples {
+        let help = "What is added up before it is laid over what lies behind it, seen from the side: the eye looks \
+                    at a turned lattice of samples";
+        chosen.visibility = pictured_ui(
+            ui,
+            ("Visibility", help),
+            Visibility::ALL,
+            now.visibility,
+            (words::visibility, pictures::visibility),
+        );
+    }
     layers_ui(ui, splat, &mut chosen);
-    let wide = |painter: &Painter, rect| pictures::extent(painter, rect, now.kernel, now.extent);
-    let help = "How far a kernel reaches, in voxels; at its natural width it is faint";
-    pictures::explained_row_ui(ui, "Extent", (help, wide), |ui| {
-        extent_ui(ui, splat, &mut chosen);
-    });
+    if of_samples {
+        let wide =
+            |painter: &Painter, rect| pictures::extent(painter, rect, now.kernel, now.extent);
+        let help = "How far a kernel reaches, in voxels; at its natural width it is faint";
+        pictures::explained_row_ui(ui, "Extent", (help, wide), |ui| {
+            extent_ui(ui, splat, &mut chosen);
+        });
+    }
     let help = "The length of matter that is as opaque as the curve says: twice the length hides more, by this curve";
     pictures::explained_row_ui(ui, "Unit distance", (help, pictures::unit_distance), |ui| {
-        unit_distance_ui(ui, splat, voxel);
+        unit_distance_ui(ui, splat, unit);
     });
     let title = RichText::new("Advanced").size(12.5).color(theme::TEXT_FAINT);
     CollapsingHeader::new(title).default_open(false).show_unindented(ui, |ui| {
@@ -99,22 +121,26 @@ pub fn splat_ui(
             now.order,
             (words::order, pictures::order),
         );
-        let help = "How splats come onto the screen: as triangles, or in tiles of pixels";
-        chosen.backend = pictured_ui(
-            ui,
-            ("Back end", help),
-            Backend::ALL,
-            now.backend,
-            (words::backend, pictures::backend),
-        );
-        let [text, why] = back_end_words(&now);
-        let text = RichText::new(text).size(12.0).color(theme::TEXT_FAINT);
-        row_ui(ui, "", |ui| ui.add(Label::new(text).truncate()).on_hover_text(why));
+        if of_samples {
+            let help = "How splats come onto the screen: as triangles, or in tiles of pixels";
+            chosen.backend = pictured_ui(
+                ui,
+                ("Back end", help),
+                Backend::ALL,
+                now.backend,
+                (words::backend, pictures::backend),
+            );
+            let [text, why] = back_end_words(&now);
+            let text = RichText::new(text).size(12.0).color(theme::TEXT_FAINT);
+            row_ui(ui, "", |ui| ui.add(Label::new(text).truncate()).on_hover_text(why));
+        }
     });
     if chosen != ModeChoice::default() {
         *splat = modes::changed(splat, chosen);
     }
-    cut_ui(ui, &mut splat.cut);
+    if of_samples {
+        cut_ui(ui, &mut splat.cut);
+    }
 }
 
 /// How the octree cuts of coarse pictures are fitted.
@@ -307,15 +333,13 @@ fn layers_ui(ui: &mut Ui, splat: &SplatSettings, chosen: &mut ModeChoice) {
                 let slider = Slider::new(&mut slabs, SLABS)
                     .logarithmic(true)
                     .custom_formatter(|v, _| words::value((v * 100.0).round() / 100.0));
-                let response = slider_ui(ui, "Slabs per voxel", true, slider).on_hover_text(
-                    "Slabs per voxel: more are slower and nearer to the exact picture; twice as \
-                     many leave about a quarter of the error",
-                );
+                let [name, help, reset, back] = slabs_words(splat);
+                let response = slider_ui(ui, name, true, slider).on_hover_text(help);
                 if response.changed() {
                     chosen.slabs_per_voxel = Some(slabs);
                 }
                 let changed = splat.slabs_per_voxel != 1.0;
-                if reset_ui(ui, changed, "Reset slabs per voxel", "Back to one slab per voxel") {
+                if reset_ui(ui, changed, reset, back) {
                     chosen.slabs_per_voxel = Some(1.0);
                 }
             });
@@ -330,6 +354,27 @@ fn layers_ui(ui: &mut Ui, splat: &SplatSettings, chosen: &mut ModeChoice) {
                 chosen.visibility = Some(Visibility::Sheets);
             }
         }
+    }
+}
+
+/// What the slider of slabs is called and helps with, and its reset button: slabs are measured by the samples, which stand for
+/// cells, points and functions while these move.
+fn slabs_words(splat: &SplatSettings) -> [&'static str; 4] {
+    match splat.kernel.is_of_samples() {
+        true => [
+            "Slabs per voxel",
+            "Slabs per voxel: more are slower and nearer to the exact picture; twice as many leave about a quarter of the \
+             error",
+            "Reset slabs per voxel",
+            "Back to one slab per voxel",
+        ],
+        false => [
+            "Slabs per sample",
+            "Slabs that rays are cut into along the distance of two evenly spaced samples (Data tells how many there are): \
+             more are slower and nearer to the exact picture",
+            "Reset slabs per sample",
+            "Back to one slab per sample",
+        ],
     }
 }
 
@@ -360,20 +405,21 @@ fn extent_ui(ui: &mut Ui, splat: &mut SplatSettings, chosen: &mut ModeChoice) {
     }
 }
 
-fn unit_distance_ui(ui: &mut Ui, splat: &mut SplatSettings, voxel: f64) {
-    let mut distance = splat.opacity_unit_distance.unwrap_or(voxel);
-    let slider = Slider::new(&mut distance, voxel * 0.01..=voxel * 100.0)
+fn unit_distance_ui(ui: &mut Ui, splat: &mut SplatSettings, own: f64) {
+    let mut distance = splat.opacity_unit_distance.unwrap_or(own);
+    let slider = Slider::new(&mut distance, own * 0.01..=own * 100.0)
         .logarithmic(true)
         .custom_formatter(|v, _| words::value(v));
     let response = slider_ui(ui, "Unit distance", true, slider).on_hover_text(
         "How thick matter is that has the opacity of the transfer function: longer makes everything more \
-         transparent; by default one voxel, the smallest spacing",
+         transparent; by default one voxel, the smallest spacing; of meshes the median edge of their cells, of points how far \
+         they lie apart",
     );
     if response.changed() {
         splat.opacity_unit_distance = Some(distance);
     }
-    let changed = splat.opacity_unit_distance.is_some_and(|d| d != voxel);
-    if reset_ui(ui, changed, "Reset unit distance", "Back to the smallest voxel spacing") {
+    let changed = splat.opacity_unit_distance.is_some_and(|d| d != own);
+    if reset_ui(ui, changed, "Reset unit distance", "Back to the data's own") {
         splat.opacity_unit_distance = None;
     }
 }

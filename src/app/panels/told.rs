@@ -143,10 +143,21 @@ fn picture_words(report: &FrameReport) -> String {
         LevelOfDetail::FullInPart => "A part of the full picture; the rest follows".to_owned(),
         LevelOfDetail::Full { .. } => match words::level_in_full(&report.level).split_once(", ") {
             Some((_, details)) => format!("The full picture, {details}"),
-            None => "The full picture: every voxel that shows, in every pixel".to_owned(),
+            None => {
+                let one = match report.own_kernels {
+                    Some((Kernel::Cells, _)) => "cell",
+                    Some((Kernel::Ellipsoids, _)) => "point",
+                    Some(_) => "function",
+                    None => "voxel",
+                };
+                format!("The full picture: every {one} that shows, in every pixel")
+            }
         },
         LevelOfDetail::Refined(convergence) => {
-            format!("The full picture, refined to {}", slabs_words(convergence.slabs_per_voxel))
+            format!(
+                "The full picture, refined to {}",
+                slabs_words(report, convergence.slabs_per_voxel)
+            )
         }
     };
     format!("{what}. It took {}", time_words(report))
@@ -161,9 +172,8 @@ fn cut_words(cut: &CutLevels) -> String {
     )
 }
 
-fn slabs_words(per_voxel: f64) -> String {
-    let plural = if per_voxel == 1.0 { "" } else { "s" };
-    format!("{} slab{plural} a voxel", words::value(per_voxel))
+fn slabs_words(report: &FrameReport, per_voxel: f64) -> String {
+    modes::slabs(per_voxel, report.own_kernels.is_none())
 }
 
 /// What the picture took, and of how much where it was fitted to a time: `18 of 20 ms`.
@@ -249,13 +259,14 @@ fn error_words(shown: &Shown) -> String {
     let level = level_words(mode, measured.as_ref(), report);
     let Some(refined) = doubled else { return level };
     let change = refined.convergence.last_difference.map_or_else(String::new, change_words);
-    let slabs = slabs_words(refined.convergence.slabs_per_voxel);
+    let slabs = slabs_words(report, refined.convergence.slabs_per_voxel);
     let reached = match refined.convergence.is_reached() {
-        true => "so it counts as converged: less than 1/512, half a step of a display",
-        false => "1 being white",
+        true => ", so it counts as converged: less than half a step of a display (0.2 %)",
+        false => "",
     };
     format!(
-        "With {slabs} no pixel differs by more than {change} from the picture with half as many, {reached}. {level}"
+        "With {slabs} no pixel differs by more than {change} of full brightness from the picture with half as \
+         many{reached}. {level}"
     )
 }
 
@@ -291,14 +302,15 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
     format!("Usually {low} to {high} dB in this mode. The accuracy panel (key A) measures it")
 }
 
-/// A greatest difference, rounded up to one digit: `0.0008`.
+/// A greatest difference, 1 being white, rounded up to one digit: `0.08 %`.
 fn change_words(difference: f64) -> String {
     if difference <= 0.0 {
-        return "0".to_owned();
+        return "0 %".to_owned();
     }
-    let digit = 10.0_f64.powf(difference.log10().floor());
+    let percent = 100.0 * difference;
+    let digit = 10.0_f64.powf(percent.log10().floor());
     // A little more, so that 0.3 / 0.1 is no more than 3.
-    words::value((difference / digit - 1e-9).ceil() * digit)
+    format!("{} %", words::value((percent / digit - 1e-9).ceil() * digit))
 }
 
 /// What is left to be done to converge, if anything is.
@@ -470,7 +482,7 @@ mod tests {
         let converged = with(Some(0.00079), 0.0, 1.0);
         let words = error_words(&converged);
         assert!(
-            words.contains("With 8 slabs a voxel no pixel differs by more than 0.0008"),
+            words.contains("With 8 slabs a voxel no pixel differs by more than 0.08 % of full"),
             "{words}"
         );
         assert!(words.contains("it counts as converged"), "{words}");
@@ -482,12 +494,16 @@ mod tests {
         assert!(left.contains("would take about 12 s") && left.contains("press R"), "{left}");
         let on_the_way = with(Some(0.3), 800.0, 0.7);
         let words = error_words(&on_the_way);
-        assert!(words.contains("more than 0.3 from") && !words.contains("converged"), "{words}");
+        assert!(
+            words.contains("more than 30 % of full brightness from")
+                && !words.contains("converged"),
+            "{words}"
+        );
         assert_eq!(at_rest(&on_the_way), "Refining · 28 ms · exact mode");
         let left = left_words(&on_the_way.report, "R").unwrap();
         assert!(left.contains("about 0.8 s; any movement stops it"), "{left}");
-        assert_eq!(change_words(0.0), "0");
-        assert_eq!(change_words(0.00951), "0.01");
+        assert_eq!(change_words(0.0), "0 %");
+        assert_eq!(change_words(0.00951), "1 %");
     }
 
     #[test]
@@ -542,6 +558,16 @@ mod tests {
         }
         assert_eq!(glance(None, &Idle, false, None), "Nothing drawn yet");
         assert_eq!([412.0, 12_300.0, 0.2].map(took_words), ["0.4 s", "12 s", "1 ms"]);
+    }
+
+    #[test]
+    fn cells_that_are_drawn_as_they_are_are_no_voxels() {
+        let mut cells = shown(LevelOfDetail::FULL, SplatSettings::CELLS);
+        cells.report.own_kernels = Some((Kernel::Cells, 2304));
+        assert!(picture_words(&cells.report).starts_with("The full picture: every cell that"));
+        let convergence = Convergence { slabs_per_voxel: 2.0, last_difference: Some(0.3) };
+        cells.report.level = LevelOfDetail::Refined(convergence);
+        assert!(picture_words(&cells.report).contains("refined to 2 slabs a sample"));
     }
 
     #[test]

@@ -7,6 +7,7 @@ use crate::app::actions::{Action, entry_of};
 use crate::app::annotations::switches_ui;
 use crate::app::camera_control::Turning;
 use crate::app::cells::{CellsOverlay, OCTREE_ERROR};
+use crate::app::modes;
 use crate::app::settings::{
     BUDGET_MS, BudgetPreset, LADDERS, Settings, VIEW_ANGLE_DEG, ladder_label,
 };
@@ -28,7 +29,10 @@ pub fn view_ui(
     turning_ui(ui, scene, space, settings);
     refinement_ui(ui, settings);
     row_ui(ui, "Annotations", |ui| switches_ui(ui, &mut settings.annotations, left_out));
-    cells_ui(ui, cells);
+    // The octree is of samples, and would be taken for the cells of a mesh.
+    if cells.on || !modes::is_of_cells_or_points(&scene.splat) {
+        cells_ui(ui, cells);
+    }
 }
 
 fn cells_ui(ui: &mut Ui, cells: &mut CellsOverlay) {
