@@ -35,7 +35,8 @@ pub struct LitFace {
 /// border and G = Σ φᵢ gᵢ of the others make N + G or N − G, whichever is longer, as a surface and its back are lit alike. So
 /// the outermost layer of cells is lit as the border before it, and what lies deeper as the field grows. A solid with outer
 /// faces has the corners of the one that is nearest to the place ([`Kind::heights`](super::Kind::heights)): edges between
-/// two are sharp. Others have those of the points.
+/// two are sharp. Others have those of the points. Engines do the same per index: lattices over cells are of cubes, so that angles
+/// are the world's.
 #[derive(Debug, Clone)]
 pub struct ShadingNormals {
     /// Of each point, then those that points have beside one face alone.

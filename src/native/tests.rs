@@ -234,13 +234,9 @@ fn means_of_ellipsoids_and_their_growth_are_those_of_float64_and_lie_in_their_bo
 }
 
 /// Hexahedra about most of a lattice, bent, with values of their own; the middle one is not there.
-fn volume_of_cells(dims: [usize; 3], on: On) -> Arc<ScalarVolume> {
+fn volume_of_cells(dims: [usize; 3], on: On, spacing: DVec3) -> Arc<ScalarVolume> {
     let noise = volume(dims);
-    let lattice = Grid {
-        spacing: DVec3::new(1.0, 0.7, 1.3),
-        origin: DVec3::new(-3.0, 2.0, 5.0),
-        ..noise.lattice
-    };
+    let lattice = Grid { spacing, origin: DVec3::new(-3.0, 2.0, 5.0), ..noise.lattice };
     let any = |i: usize| ((i * 40_503 + 17) % 1009) as f64 / 1009.0;
     let sides = [4, 4, 4];
     let last = DVec3::from(dims.map(|n| n as f64 - 1.0));
@@ -264,7 +260,7 @@ fn volume_of_cells(dims: [usize; 3], on: On) -> Arc<ScalarVolume> {
 fn values_of_cells_and_their_growth_are_those_of_float64_and_lie_in_their_bounds() {
     for on in [On::Points, On::Cells] {
         let dims = [16, 21, 18];
-        let volume = volume_of_cells(dims, on);
+        let volume = volume_of_cells(dims, on, DVec3::new(1.0, 0.7, 1.3));
         let field = volume.cells.as_ref().expect("it has some");
         let lattice = lattice(&volume, Kernel::Cells);
         let bricks = &lattice.bricks;
@@ -310,7 +306,7 @@ fn values_of_cells_and_their_growth_are_those_of_float64_and_lie_in_their_bounds
 
 #[test]
 fn light_has_the_border_of_cells_as_float64_has_it() {
-    let volume = volume_of_cells([16, 21, 18], On::Points);
+    let volume = volume_of_cells([16, 21, 18], On::Points, DVec3::splat(0.7));
     let field = volume.cells.as_ref().expect("it has some");
     let lattice = lattice(&volume, Kernel::Cells);
     let own = lattice.own.as_ref().expect("cells");
