@@ -121,7 +121,7 @@ impl ShadingNormals {
             let sum = own.iter().map(|(_, face)| areas[*face as usize]).sum();
             made.normals[own[0].0 as usize] = on_border(sum);
         }
-        // Corners that do not lie on a face, but on another one, are as it is where it is the nearest.
+        // Flat, until softened.
         for (face, area) in outer.iter().zip(&areas) {
             let solid = &cells.solids()[face.solid as usize];
             let flat = made.normals.len() as u32;
@@ -141,6 +141,9 @@ impl ShadingNormals {
                 made.soften(cells, (&outer, &areas), own, on_border);
             }
         }
+        for (i, face) in outer.iter().enumerate() {
+            made.carry_inwards(cells, (i, face), strength);
+        }
         let mut at = 0;
         for solid in 0..cells.solids().len() {
             made.starts.push(at as u32);
@@ -150,6 +153,43 @@ impl ShadingNormals {
         }
         made.starts.push(at as u32);
         Ok(made)
+    }
+
+    /// Corners that do not lie on a face, but on another one, are as those that edges join to them where it is the nearest: what
+    /// lies behind it is lit alike, however deep.
+    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
+    fn carry_inwards(&mut self, cells: &Cells, (number, face): (usize, &Face), strength: f64) {
+        let solid = &cells.solids()[face.solid as usize];
+        let points = solid.corners();
+        for corner in 0..points.len() {
+            let is_on_border = self.normals[points[corner] as usize].is_on_border;
+            if face.corners.contains(&points[corner]) || !is_on_border {
+                continue;
+            }
+            let joined = solid.kind().edges().iter().filter_map(|edge| match edge {
+                [a, b] if *a == corner => Some(*b),
+                [a, b] if *b == corner => Some(*a),
+                _ => None,
+            });
+            let joined = joined.filter(|other| face.corners.contains(&points[*other]));
+            let own = self.faces[number].corners;
+            let normals: Vec<u32> = joined.map(|other| own[other]).collect();
+            let first = normals.first().map(|first| self.normals[*first as usize]);
+            let are_alike =
+                normals.iter().all(|normal| Some(self.normals[*normal as usize]) == first);
+            let to = match &normals[..] {
+                // Corners that have fallen together: as flat as the face.
+                [] => continue,
+                [first, ..] if are_alike => *first,
+                _ => {
+                    let sum: DVec3 = normals.iter().map(|i| self.normals[*i as usize].growth).sum();
+                    let growth = sum.normalize_or_zero() * strength;
+                    self.normals.push(ShadingNormal { growth, is_on_border: true });
+                    self.normals.len() as u32 - 1
+                }
+            };
+            self.faces[number].corners[corner] = to;
+        }
     }
 
     /// Gives the faces about a point the mean of those that they are hardly turned to.
