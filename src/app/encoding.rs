@@ -163,7 +163,7 @@ impl Window {
         let job = Job::start("encode", title, ctx, move |ticket| {
             let what = (&*grid, &grid.fields[field], component);
             let goal = (Wanted::Percent(percent), goal);
-            let encoded = encode_field(what, &name, goal, ticket, |step| told(step, ticket))?;
+            let encoded = encode_field(what, &name, goal, None, ticket, |step| told(step, ticket))?;
             let left = residual(what, &encoded.encoding, ticket)?;
             Ok((encoded, left))
         });
