@@ -42,7 +42,7 @@ fn functions_ui(ui: &mut Ui, document: &Document) -> Option<EncodingRequest> {
         format!(
             "{}, {}",
             words::count(functions.functions().len() as u64),
-            basis(functions.basis()).0
+            basis(functions.basis()).0.to_lowercase()
         ),
         "How many functions the field is the sum of, and what they look like",
     )];
@@ -82,11 +82,11 @@ fn functions_ui(ui: &mut Ui, document: &Document) -> Option<EncodingRequest> {
 fn basis(basis: Basis) -> (&'static str, &'static str) {
     match basis {
         Basis::Ellipsoid => (
-            "ellipsoids",
+            "Ellipsoids",
             "Gaussians as wide as they have to be in each direction: the fewest for an error",
         ),
-        Basis::Gaussian => ("spheres", "Gaussians as wide in every direction, as published"),
-        Basis::Multiquadric => ("multiquadrics", "1/√(1 + r²), which end far out, as published"),
+        Basis::Gaussian => ("Spheres", "Gaussians as wide in every direction, as published"),
+        Basis::Multiquadric => ("Multiquadrics", "1/√(1 + r²), which end far out, as published"),
     }
 }
 
