@@ -1,6 +1,8 @@
 //! Basis functions: what a field is encoded by, how far that came, and what to do with them.
 
-use eframe::egui::{Align2, FontId, Pos2, Rect, Sense, Shape, Slider, Stroke, Ui, pos2, vec2};
+use eframe::egui::{
+    Align2, Button, FontId, Pos2, Rect, Sense, Shape, Slider, Stroke, Ui, pos2, vec2,
+};
 
 use super::splat::{choice_ui, slider_row};
 use super::{facts_ui, row_ui};
@@ -105,15 +107,31 @@ fn start_ui(
     }
     let is_file_of_functions = document.grid.functions.is_some();
     row_ui(ui, "", |ui| {
-        let button = eframe::egui::Button::new("Encode");
+        let button = Button::new("Encode");
         let help = "Fits functions to the samples. Their sum is drawn by itself then, without samples, by whatever curve and \
                     light";
-        let clicked = ui
+        let encode = ui
             .add_enabled(!is_file_of_functions, button)
             .on_hover_text(help)
-            .on_disabled_hover_text("These samples are the sum of functions already")
-            .clicked();
-        clicked.then_some(EncodingRequest::Encode)
+            .on_disabled_hover_text("These samples are the sum of functions already");
+        // Functions of a file have no samples that they could be fitted to further.
+        let is_continued = document.encoded_here().is_some_and(|encoded| {
+            let earlier = &encoded.encoding;
+            let is_of_shape = earlier.basis() == choice.basis;
+            let may_go_on = is_of_shape && earlier.functions().len() <= choice.functions as usize;
+            let help =
+                "Keeps the functions that there are, refines them and adds others. The greatest error never grows";
+            let not = "Goes on with functions of the same shape, and with no fewer than there are";
+            ui.add_enabled(may_go_on, Button::new("Continue"))
+                .on_hover_text(help)
+                .on_disabled_hover_text(not)
+                .clicked()
+        });
+        match () {
+            () if encode.clicked() => Some(EncodingRequest::Encode),
+            () if is_continued => Some(EncodingRequest::Continue),
+            () => None,
+        }
     })
 }
 
