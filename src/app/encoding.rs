@@ -5,7 +5,6 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use eframe::egui::Context;
 
@@ -23,9 +22,6 @@ use crate::scene::SplatSettings;
 use crate::task::encode::{FieldError, Wanted, encode_field, residual};
 use crate::task::output_file::OutputFile;
 use crate::volume::{Component, Field, Grid, ScalarVolume};
-
-/// Between two looks of a paused encoder at whether it may go on.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// What a field is encoded by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +45,6 @@ impl Default for EncodeChoice {
 struct Talk {
     /// How far it came, round by round.
     steps: Mutex<Vec<Step>>,
-    is_paused: AtomicBool,
     /// It is to end with the best that it has.
     is_enough: AtomicBool,
 }
@@ -79,15 +74,15 @@ impl Encoding {
     }
 
     pub(super) fn is_paused(&self) -> bool {
-        self.talk.is_paused.load(Ordering::Relaxed)
+        self.job.is_paused()
     }
 
-    pub(super) fn pause(&self, paused: bool) {
-        self.talk.is_paused.store(paused, Ordering::Relaxed);
+    pub(super) fn pause(&mut self, paused: bool) {
+        self.job.pause(paused);
     }
 
     /// Ends it with the best that it has.
-    pub(super) fn end(&self) {
+    pub(super) fn end(&mut self) {
         self.talk.is_enough.store(true, Ordering::Relaxed);
         self.pause(false);
     }
@@ -124,9 +119,9 @@ impl Window {
                 self.start_encoding(ctx, earlier);
             }
             EncodingRequest::Pause(paused) => {
-                self.encoding.iter().for_each(|encoding| encoding.pause(paused));
+                self.encoding.iter_mut().for_each(|encoding| encoding.pause(paused));
             }
-            EncodingRequest::Enough => self.encoding.iter().for_each(Encoding::end),
+            EncodingRequest::Enough => self.encoding.iter_mut().for_each(Encoding::end),
             EncodingRequest::Cancel => self.encoding = None,
             EncodingRequest::Compare => self.compare_with_samples(),
             EncodingRequest::Residual => {
@@ -158,9 +153,8 @@ impl Window {
             move |step: Step, ticket: &Ticket| {
                 talk.steps.lock().unwrap_or_else(PoisonError::into_inner).push(step);
                 ctx.request_repaint();
-                while talk.is_paused.load(Ordering::Relaxed) && !ticket.is_cancelled() {
-                    std::thread::sleep(LOOK_EVERY);
-                }
+                // Of a cancel the encoder learns by itself.
+                ticket.rest().ok();
                 match talk.is_enough.load(Ordering::Relaxed) {
                     true => ControlFlow::Break(()),
                     false => ControlFlow::Continue(()),

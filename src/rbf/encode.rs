@@ -104,7 +104,7 @@ struct Fit<'a> {
 
 /// Fits functions to samples until no sample is further off than the goal's error, or the goal's number of functions is
 /// used, or more functions bring no more. The best sum found is returned in every case: [`Encoding::errors`] says how good it
-/// is. Each round is `told`, which may break it off.
+/// is. Each round is `told`, which may break it off. Where the ticket is paused it rests between two sweeps over all functions.
 ///
 /// # Errors
 /// See [`EncodeError`].
@@ -176,6 +176,7 @@ fn fitted(
         fit.solve();
         let is_last = fit.functions.len() >= goal.functions;
         for _ in 0..if is_last { LAST_SWEEPS } else { SWEEPS } {
+            ticket.rest()?;
             ticket.checkpoint(fit.functions.len() as u64, goal.functions.max(1) as u64)?;
             let before = Errors::of(&fit.residual).rms;
             fit.refine();

@@ -1,6 +1,8 @@
 //! The encoder and the sum against analytic fields, finite differences and brute force.
 
 use std::ops::ControlFlow;
+use std::sync::mpsc;
+use std::time::Duration;
 
 use glam::{DMat3, DVec3};
 use nalgebra::{DMatrix, DVector};
@@ -348,6 +350,37 @@ fn a_cancel_ends_it_in_any_round() {
             ControlFlow::Continue(())
         });
         assert!(matches!(ended, Err(EncodeError::Cancelled(_))), "{rounds}");
+    }
+}
+
+#[test]
+fn a_paused_fit_waits_and_wakes_for_a_cancel() {
+    let mut next = random();
+    let points = Points::new(lattice(6).map(|at| (at, next())));
+    for is_cancelled in [false, true] {
+        let ticket = Ticket::new();
+        ticket.pause(true);
+        let (sender, ended) = mpsc::channel();
+        let (points, own) = (points.clone(), ticket.clone());
+        let fit = move || {
+            let goal = Goal { functions: 12, max_error: 1e-9, ..GOAL };
+            let made = encode(&points, goal, &own, |_| ControlFlow::Continue(()));
+            sender.send(made.map(|encoding| encoding.functions().len()))
+        };
+        let thread = std::thread::spawn(fit);
+        assert!(ended.recv_timeout(Duration::from_millis(200)).is_err(), "it waits");
+        if is_cancelled {
+            ticket.cancel();
+        } else {
+            ticket.pause(false);
+        }
+        let end = ended.recv_timeout(Duration::from_secs(60)).expect("it wakes");
+        let is_as_asked_for = match end {
+            Ok(functions) => !is_cancelled && functions > 0,
+            Err(error) => is_cancelled && matches!(error, EncodeError::Cancelled(_)),
+        };
+        assert!(is_as_asked_for, "{end:?}");
+        thread.join().expect("it ends").expect("somebody waits");
     }
 }
 

@@ -181,3 +181,27 @@ fn a_fit_under_way_is_forgotten_where_it_is_cancelled() {
     bench.wait_until_gone("Enough");
     bench.settle();
 }
+
+/// As above: where it has ended before the hand is there, nothing can be paused.
+#[test]
+fn a_paused_fit_says_so_and_is_cancelled_all_the_same() {
+    let mut bench = opened("some.nrrd");
+    bench.set_slider("Greatest error", 0.05);
+    bench.set_slider("Most functions", 20_000.0);
+    bench.harness.get_by_role_and_label(Role::Button, "Encode").click();
+    bench.harness.run_steps(2);
+    if bench.shows("Pause") {
+        bench.harness.get_by_role_and_label(Role::Button, "Pause").click();
+        bench.harness.run_steps(2);
+    }
+    if bench.shows("Go on") {
+        assert!(bench.tells("· paused"), "beside its progress");
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        bench.harness.run_steps(2);
+        assert!(bench.shows("Go on") && !has_functions(scene(&bench)), "it waits");
+        // The one in the panel, which is drawn last of all, or the one of the job: both end it.
+        bench.harness.get_all_by_label("Cancel").last().expect("shown").click();
+    }
+    bench.wait_until_gone("Go on");
+    bench.settle();
+}

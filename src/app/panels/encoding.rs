@@ -137,11 +137,11 @@ fn start_ui(
 
 fn running_ui(ui: &mut Ui, encoding: &Encoding, wanted: f64) -> Option<EncodingRequest> {
     let steps = encoding.steps();
-    curve_ui(ui, &steps, wanted);
     let is_paused = encoding.is_paused();
+    curve_ui(ui, &steps, wanted, is_paused);
     row_ui(ui, "", |ui| {
         let pause = if is_paused { "Go on" } else { "Pause" };
-        let pause = ui.button(pause).on_hover_text("Waits after the round that it is in");
+        let pause = ui.button(pause).on_hover_text("Waits once the step that it is in is done");
         let help = "Ends with the nearest functions that it has";
         let enough = ui.button("Enough").on_hover_text(help);
         let cancel = ui.button("Cancel").on_hover_text("Forgets them");
@@ -155,7 +155,7 @@ fn running_ui(ui: &mut Ui, encoding: &Encoding, wanted: f64) -> Option<EncodingR
 }
 
 /// The greatest error by how many functions there are, both by their logarithms, and the error that is asked for.
-fn curve_ui(ui: &mut Ui, steps: &[(usize, f64)], wanted: f64) {
+fn curve_ui(ui: &mut Ui, steps: &[(usize, f64)], wanted: f64, is_paused: bool) {
     let size = vec2(ui.available_width(), CURVE_HEIGHT);
     let (response, painter) = ui.allocate_painter(size, Sense::hover());
     let rect = response.rect;
@@ -180,6 +180,7 @@ fn curve_ui(ui: &mut Ui, steps: &[(usize, f64)], wanted: f64) {
         }
         None => "Sorting the samples".to_owned(),
     };
+    let told = if is_paused { format!("Paused · {told}") } else { told };
     // Above the line of the wanted error, where the curve comes last.
     let corner = pos2(inner.left(), level - 3.0);
     painter.text(corner, Align2::LEFT_BOTTOM, told, FontId::proportional(12.0), theme::TEXT);
