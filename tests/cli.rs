@@ -1211,6 +1211,57 @@ fn an_encoding_that_comes_not_as_near_as_asked_for_is_refused_or_said_to_be_furt
 }
 
 #[test]
+fn an_encoding_goes_on_from_an_earlier_one_of_the_same_field_and_no_other() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (few, more, same) = (at("few.vrbf"), at("more.vrbf"), at("same.vrbf"));
+    let encode = |source: &str, output: &str, flags: &[&str]| {
+        let made = voxsplat(&[&["encode", source, "--output", output][..], flags].concat());
+        (made.status.code(), errors(&made))
+    };
+    let told = |file: &str| {
+        let output = voxsplat(&["info", file, "--json"]);
+        let info: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        (info["functions"].as_u64(), info["max_error"].as_f64(), info["basis"].clone())
+    };
+    let first = ["--max-error", "0.5%", "--functions", "8", "--basis", "gaussian"];
+    let (code, said) = encode("demo:blobs:12", &few, &first);
+    assert_eq!(code, Some(0), "{said}");
+    // The error and the basis are those of the first.
+    let again = ["--resume", &few, "--functions", "40"];
+    let (code, said) = encode("demo:blobs:12", &more, &again);
+    assert_eq!(code, Some(0), "{said}");
+    let [before, after] = [told(&few), told(&more)];
+    assert!(after.0 > before.0 && after.0 <= Some(40), "{before:?}, {after:?}");
+    assert!(after.1 < before.1, "{before:?}, {after:?}");
+    assert_eq!(after.2, "gaussian");
+
+    let reached = ["--resume", &more, "--max-error", "90%"];
+    let (code, said) = encode("demo:blobs:12", &same, &reached);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("as near already"), "{said}");
+    assert_eq!(told(&same), after);
+
+    let text = at("text.csv");
+    std::fs::write(&text, "x,y,z\n").expect("written");
+    let none = at("none.vrbf");
+    let cases: [(&str, &[&str], i32, &str); 6] = [
+        ("demo:blobs:10", &again, 1, "expected an earlier fit of 1000 samples"),
+        ("demo:blobs:12", &["--resume", &few, "--functions", "1"], 1, "--functions of at least"),
+        ("demo:blobs:12", &["--resume", &few, "--basis", "ellipsoid"], 1, "basis ellipsoid"),
+        ("demo:blobs:12", &["--resume", &none], 1, "none.vrbf"),
+        ("demo:blobs:12", &["--resume", &text], 1, "basis functions"),
+        ("demo:blobs:12", &[], 2, "--max-error"),
+    ];
+    for (source, flags, expected, words) in cases {
+        let (code, said) = encode(source, &at("not.vrbf"), flags);
+        assert_eq!(code, Some(expected), "{flags:?}: {said}");
+        assert!(said.contains(words), "{flags:?}: {said}");
+    }
+    assert!(!folder.path().join("not.vrbf").exists());
+}
+
+#[test]
 fn cells_are_drawn_themselves_unless_flags_ask_for_samples_which_is_told() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();

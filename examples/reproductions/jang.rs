@@ -58,7 +58,7 @@ fn fitted(grid: &Grid, functions: usize) -> Result<(f64, Encoded)> {
     let start = Instant::now();
     let go_on = |_| ControlFlow::Continue(());
     let wanted = (Wanted::Percent(0.01), goal);
-    let encoded = encode_field(what, "neghip", wanted, &Ticket::new(), go_on)?;
+    let encoded = encode_field(what, "neghip", wanted, None, &Ticket::new(), go_on)?;
     Ok((start.elapsed().as_secs_f64(), encoded))
 }
 

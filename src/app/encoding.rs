@@ -5,7 +5,6 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use eframe::egui::Context;
 
@@ -23,9 +22,6 @@ use crate::scene::SplatSettings;
 use crate::task::encode::{FieldError, Wanted, encode_field, residual};
 use crate::task::output_file::OutputFile;
 use crate::volume::{Component, Field, Grid, ScalarVolume};
-
-/// Between two looks of a paused encoder at whether it may go on.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// What a field is encoded by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +45,6 @@ impl Default for EncodeChoice {
 struct Talk {
     /// How far it came, round by round.
     steps: Mutex<Vec<Step>>,
-    is_paused: AtomicBool,
     /// It is to end with the best that it has.
     is_enough: AtomicBool,
 }
@@ -66,6 +61,8 @@ pub(super) struct Encoding {
     volume: Arc<ScalarVolume>,
     /// The range of its values.
     range: f64,
+    /// The fit that it goes on from.
+    earlier: Option<Arc<Encoded>>,
 }
 
 impl Encoding {
@@ -77,15 +74,15 @@ impl Encoding {
     }
 
     pub(super) fn is_paused(&self) -> bool {
-        self.talk.is_paused.load(Ordering::Relaxed)
+        self.job.is_paused()
     }
 
-    pub(super) fn pause(&self, paused: bool) {
-        self.talk.is_paused.store(paused, Ordering::Relaxed);
+    pub(super) fn pause(&mut self, paused: bool) {
+        self.job.pause(paused);
     }
 
     /// Ends it with the best that it has.
-    pub(super) fn end(&self) {
+    pub(super) fn end(&mut self) {
         self.talk.is_enough.store(true, Ordering::Relaxed);
         self.pause(false);
     }
@@ -96,6 +93,8 @@ impl Encoding {
 pub enum EncodingRequest {
     /// Begin.
     Encode,
+    /// Go on from the functions that the field was encoded by.
+    Continue,
     /// Wait, or go on.
     Pause(bool),
     /// End with the best so far.
@@ -114,11 +113,15 @@ impl Window {
     /// Does what is asked of an encoding.
     pub(super) fn encode(&mut self, ctx: &Context, request: EncodingRequest) {
         match request {
-            EncodingRequest::Encode => self.start_encoding(ctx),
-            EncodingRequest::Pause(paused) => {
-                self.encoding.iter().for_each(|encoding| encoding.pause(paused));
+            EncodingRequest::Encode => self.start_encoding(ctx, None),
+            EncodingRequest::Continue => {
+                let earlier = self.document.as_ref().and_then(Document::encoded_here).cloned();
+                self.start_encoding(ctx, earlier);
             }
-            EncodingRequest::Enough => self.encoding.iter().for_each(Encoding::end),
+            EncodingRequest::Pause(paused) => {
+                self.encoding.iter_mut().for_each(|encoding| encoding.pause(paused));
+            }
+            EncodingRequest::Enough => self.encoding.iter_mut().for_each(Encoding::end),
             EncodingRequest::Cancel => self.encoding = None,
             EncodingRequest::Compare => self.compare_with_samples(),
             EncodingRequest::Residual => {
@@ -136,7 +139,8 @@ impl Window {
         }
     }
 
-    fn start_encoding(&mut self, ctx: &Context) {
+    /// Encodes the field on screen: from nothing, or from an earlier fit of it on.
+    fn start_encoding(&mut self, ctx: &Context, earlier: Option<Arc<Encoded>>) {
         let Some(document) = &self.document else { return };
         let EncodeChoice { percent, functions, basis } = self.encode_choice;
         let (grid, component) = (Arc::clone(&document.grid), document.component);
@@ -149,9 +153,8 @@ impl Window {
             move |step: Step, ticket: &Ticket| {
                 talk.steps.lock().unwrap_or_else(PoisonError::into_inner).push(step);
                 ctx.request_repaint();
-                while talk.is_paused.load(Ordering::Relaxed) && !ticket.is_cancelled() {
-                    std::thread::sleep(LOOK_EVERY);
-                }
+                // Of a cancel the encoder learns by itself.
+                ticket.rest().ok();
                 match talk.is_enough.load(Ordering::Relaxed) {
                     true => ControlFlow::Break(()),
                     false => ControlFlow::Continue(()),
@@ -160,14 +163,17 @@ impl Window {
         };
         let goal = Goal { basis, max_error: 0.0, functions: functions as usize };
         let title = format!("Encoding {}", volume.name);
+        let start = earlier.clone();
         let job = Job::start("encode", title, ctx, move |ticket| {
             let what = (&*grid, &grid.fields[field], component);
             let goal = (Wanted::Percent(percent), goal);
-            let encoded = encode_field(what, &name, goal, ticket, |step| told(step, ticket))?;
+            let start = start.as_deref();
+            let told = |step| told(step, ticket);
+            let encoded = encode_field(what, &name, goal, start, ticket, told)?;
             let left = residual(what, &encoded.encoding, ticket)?;
             Ok((encoded, left))
         });
-        self.encoding = Some(Encoding { job, talk, volume, range });
+        self.encoding = Some(Encoding { job, talk, volume, range, earlier });
     }
 
     /// Puts functions beside the samples that they were fitted to, and shows them.
@@ -175,7 +181,7 @@ impl Window {
         let Some(ended) = self.encoding.as_ref().and_then(|encoding| encoding.job.poll()) else {
             return;
         };
-        let Some(Encoding { job, volume, .. }) = self.encoding.take() else { return };
+        let Some(Encoding { job, volume, earlier, .. }) = self.encoding.take() else { return };
         let (Some(document), Some(scene)) = (&mut self.document, &mut self.scene) else { return };
         let is_of = Arc::ptr_eq(&document.volume, &volume);
         match ended {
@@ -194,7 +200,7 @@ impl Window {
                 let unit = scene.splat.opacity_unit_distance;
                 scene.splat =
                     SplatSettings { opacity_unit_distance: unit, ..SplatSettings::FUNCTIONS };
-                self.notices.hint(told_of(&encoded));
+                self.notices.hint(told_of(&encoded, earlier.as_deref()));
                 let (field, component) = (document.field, document.component);
                 let encoded = Arc::new(encoded);
                 document.encoded = Some(EncodedField { field, component, encoded });
@@ -235,14 +241,18 @@ impl Window {
     }
 }
 
-/// What came of it, for people.
-fn told_of(encoded: &Encoded) -> String {
+/// What came of it, for people; of an `earlier` fit also whether nothing was added to that.
+fn told_of(encoded: &Encoded, earlier: Option<&Encoded>) -> String {
     let count = words::count(encoded.encoding.functions().len() as u64);
     let [max, mean, wanted] =
         [encoded.errors.max, encoded.errors.mean, encoded.source.wanted].map(words::value);
     let told = format!("{count} basis functions: greatest error {max}, mean {mean}");
-    match encoded.errors.max <= encoded.source.wanted {
-        true => told,
-        false => format!("{told}. A greatest error of {wanted} takes more functions"),
+    let functions = encoded.encoding.functions();
+    let is_as_it_was = earlier.is_some_and(|earlier| earlier.encoding.functions() == functions);
+    match (encoded.errors.max <= encoded.source.wanted, is_as_it_was) {
+        (true, false) => told,
+        (true, true) => format!("{told}. They are as near as was asked for already"),
+        (false, true) => format!("{told}. Nothing nearer was found"),
+        (false, false) => format!("{told}. A greatest error of {wanted} takes more functions"),
     }
 }

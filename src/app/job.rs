@@ -1,6 +1,6 @@
 //! Work on a named thread, watched from the window: progress, cancel, result.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 use eframe::egui::Context;
@@ -17,6 +17,10 @@ const LEAST_FRACTION: f64 = 0.02;
 pub struct Job<T> {
     title: String,
     started: Instant,
+    /// Since when it is paused.
+    paused: Option<Instant>,
+    /// How long it was paused before.
+    rested: Duration,
     ticket: Ticket,
     result: Receiver<T>,
 }
@@ -54,7 +58,8 @@ impl<T: Send + 'static> Job<T> {
         if let Err(error) = std::thread::Builder::new().name(thread.to_owned()).spawn(run) {
             log::error!("the thread {thread} could not be started: {error}");
         }
-        Self { title: title.into(), started: Instant::now(), ticket, result }
+        let (paused, rested) = (None, Duration::ZERO);
+        Self { title: title.into(), started: Instant::now(), paused, rested, ticket, result }
     }
 
     /// What is being done, for people.
@@ -67,9 +72,28 @@ impl<T: Send + 'static> Job<T> {
         self.ticket.fraction()
     }
 
-    /// Milliseconds that are thought to be left, once enough is done to tell.
+    /// Milliseconds that are thought to be left, once enough is done to tell; `None` while it is paused.
     pub fn left_ms(&self) -> Option<f64> {
-        left_ms(self.started.elapsed().as_secs_f64() * 1e3, f64::from(self.fraction()))
+        let at_work = self.started.elapsed().saturating_sub(self.rested);
+        let left = left_ms(at_work.as_secs_f64() * 1e3, f64::from(self.fraction()));
+        left.filter(|_| !self.is_paused())
+    }
+
+    /// Asks the work to wait where it next rests ([`Ticket::rest`]), or to go on.
+    pub fn pause(&mut self, paused: bool) {
+        if paused == self.is_paused() {
+            return;
+        }
+        match self.paused.take() {
+            Some(since) => self.rested += since.elapsed(),
+            None => self.paused = Some(Instant::now()),
+        }
+        self.ticket.pause(paused);
+    }
+
+    /// Whether it was asked to wait.
+    pub fn is_paused(&self) -> bool {
+        self.paused.is_some()
     }
 
     /// Asks the work to stop; its end still arrives.
@@ -106,8 +130,6 @@ impl<T> Drop for Job<T> {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
 
     fn wait<T: Send + 'static>(job: &Job<T>) -> Ended<T> {
@@ -146,6 +168,28 @@ mod tests {
         });
         job.cancel();
         assert!(matches!(wait(&job), Ended::Finished("stopped")));
+    }
+
+    #[test]
+    fn a_paused_job_waits_until_it_goes_on_or_is_cancelled() {
+        let ctx = Context::default();
+        for is_cancelled in [false, true] {
+            let (go, begin) = bounded::<()>(1);
+            let mut job = Job::start("test-job", "Testing", &ctx, move |ticket| {
+                begin.recv().expect("somebody tells it");
+                ticket.rest().is_ok()
+            });
+            job.pause(true);
+            go.send(()).expect("it waits for it");
+            std::thread::sleep(Duration::from_millis(50));
+            assert!(job.poll().is_none() && job.is_paused() && job.left_ms().is_none());
+            if is_cancelled {
+                job.cancel();
+            } else {
+                job.pause(false);
+            }
+            assert!(matches!(wait(&job), Ended::Finished(went_on) if went_on != is_cancelled));
+        }
     }
 
     #[test]

@@ -495,7 +495,7 @@ fn hint(ctx: &Context, entry: &Entry) -> String {
 
 /// Progress and cancel of one job.
 fn job_ui(ui: &mut Ui, job: &JobView<'_>) {
-    let JobView { title, fraction, left_ms, cancel, is_cancelled } = job;
+    let JobView { title, fraction, left_ms, cancel, is_cancelled, is_paused } = job;
     let frame = Frame::new()
         .fill(Color32::from_rgb(32, 36, 43))
         .stroke(Stroke::new(1.0, theme::LINE))
@@ -503,9 +503,10 @@ fn job_ui(ui: &mut Ui, job: &JobView<'_>) {
         .inner_margin(Margin::symmetric(10, 6));
     frame.show(ui, |ui| {
         let left = left_ms.map(|ms| format!(" · about {} left", words::roughly(ms)));
-        let words = match is_cancelled {
-            true => "Stopping…".to_owned(),
-            false => format!("{title}{}", left.unwrap_or_default()),
+        let words = match (is_cancelled, is_paused) {
+            (true, _) => "Stopping…".to_owned(),
+            (false, true) => format!("{title} · paused"),
+            (false, false) => format!("{title}{}", left.unwrap_or_default()),
         };
         if text_and_button_ui(ui, (RichText::new(words), 2), "Cancel", !is_cancelled) {
             cancel();

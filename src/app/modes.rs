@@ -253,6 +253,11 @@ mod tests {
         );
         assert_eq!(name(&SplatSettings::SHADE_FIRST), "Cubic, every sample");
         assert_eq!(name(&SplatSettings::CELLS), "Cells, pre-integrated, 1 slab a sample");
+        // They pass through no samples: beside those, by the divider, nothing says that they interpolate.
+        assert_eq!(
+            name(&SplatSettings::FUNCTIONS),
+            "Basis functions, pre-integrated, 1 slab a sample"
+        );
         let settings = some_settings();
         // What no samples are sharpened for has no reconstruction to tell.
         let told = |settings: &SplatSettings| match settings.kernel.is_of_samples() {

@@ -413,7 +413,8 @@ impl Window {
         self.take_chosen_file(ctx);
         self.take_dropped_files(ctx);
         self.take_failure();
-        if !self.jobs().is_empty() {
+        // Of one that is paused there is nothing new to be seen.
+        if self.jobs().iter().any(|job| !job.is_paused || job.is_cancelled) {
             ctx.request_repaint_after(PROGRESS_EVERY);
         }
     }
@@ -573,6 +574,7 @@ pub(super) struct JobView<'a> {
     pub(super) left_ms: Option<f64>,
     pub(super) cancel: Box<dyn Fn() + 'a>,
     pub(super) is_cancelled: bool,
+    pub(super) is_paused: bool,
 }
 
 impl<'a> JobView<'a> {
@@ -583,6 +585,7 @@ impl<'a> JobView<'a> {
             left_ms: job.left_ms(),
             cancel: Box::new(|| job.cancel()),
             is_cancelled: job.is_cancelled(),
+            is_paused: job.is_paused(),
         }
     }
 }

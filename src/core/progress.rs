@@ -1,14 +1,14 @@
-//! Progress and cancellation of long work, shared between the worker and whoever waits for it.
+//! Progress, pause and cancellation of long work, shared between the worker and whoever waits for it.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 /// The work was told to stop; what it had made so far is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
 
-/// One job's line to the outside: the job reports how far it is, the outside may cancel it.
+/// One job's line to the outside: the job reports how far it is, the outside may cancel it, or pause it where it rests.
 ///
 /// Clones share the same state. A job calls [`Ticket::checkpoint`] often enough that a cancel is
 /// answered within a few milliseconds.
@@ -30,6 +30,15 @@ struct Shared {
     cancelled: AtomicBool,
     /// Fraction done, as the bits of an `f32` in 0..=1.
     fraction_bits: AtomicU32,
+    paused: Mutex<bool>,
+    /// Told when it goes on, or is cancelled.
+    wakes: Condvar,
+}
+
+impl Shared {
+    fn paused(&self) -> MutexGuard<'_, bool> {
+        self.paused.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl Ticket {
@@ -46,9 +55,38 @@ impl Ticket {
         Self { part: [begin + each * f64::from(index), each], ..self.clone() }
     }
 
-    /// Asks the job to stop at its next checkpoint.
+    /// Asks the job to stop at its next checkpoint. One that is paused wakes for it.
     pub fn cancel(&self) {
         self.shared.cancelled.store(true, Ordering::Relaxed);
+        // Whoever is about to wait has seen it, or waits by the time that the lock is had.
+        let paused = self.shared.paused();
+        self.shared.wakes.notify_all();
+        drop(paused);
+    }
+
+    /// Asks the job to wait where it next rests, or to go on. Jobs that never rest do not mind.
+    pub fn pause(&self, paused: bool) {
+        *self.shared.paused() = paused;
+        self.shared.wakes.notify_all();
+    }
+
+    /// Whether it was asked to wait.
+    pub fn is_paused(&self) -> bool {
+        *self.shared.paused()
+    }
+
+    /// Waits while the job is paused, without taking the processor's time. To be called on the job's own thread, which nobody
+    /// else's work waits for.
+    ///
+    /// # Errors
+    /// [`Cancelled`] once the ticket was cancelled, paused or not.
+    pub fn rest(&self) -> Result<(), Cancelled> {
+        let mut paused = self.shared.paused();
+        while *paused && !self.is_cancelled() {
+            paused = self.shared.wakes.wait(paused).unwrap_or_else(PoisonError::into_inner);
+        }
+        drop(paused);
+        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
     /// Whether [`Ticket::cancel`] was called.
@@ -76,6 +114,9 @@ impl Ticket {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc;
+    use std::time::Duration;
+
     use super::*;
 
     #[test]
@@ -104,5 +145,26 @@ mod tests {
         ticket.cancel();
         assert_eq!(last.part(0, 2).checkpoint(0, 1), Err(Cancelled));
         assert_eq!(ticket.fraction(), 0.75);
+    }
+
+    #[test]
+    fn a_paused_job_rests_until_it_goes_on_or_is_cancelled() {
+        for is_cancelled in [false, true] {
+            let ticket = Ticket::new();
+            assert_eq!(ticket.rest(), Ok(()), "nobody asked for a pause");
+            ticket.pause(true);
+            let (sender, ended) = mpsc::channel();
+            let worker = ticket.part(0, 2);
+            let thread = std::thread::spawn(move || sender.send(worker.rest()));
+            assert!(ended.recv_timeout(Duration::from_millis(50)).is_err() && ticket.is_paused());
+            if is_cancelled {
+                ticket.cancel();
+            } else {
+                ticket.pause(false);
+            }
+            let expected = if is_cancelled { Err(Cancelled) } else { Ok(()) };
+            assert_eq!(ended.recv_timeout(Duration::from_secs(30)), Ok(expected));
+            thread.join().expect("it ends").expect("somebody waits");
+        }
     }
 }

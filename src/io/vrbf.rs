@@ -200,6 +200,9 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
     let mut reader = files::buffered(file);
     let mut start = Vec::new();
     reader.by_ref().take(MOST_HEADER_BYTES).read_to_end(&mut start).map_err(Problem::Io)?;
+    if !start.starts_with(MAGIC) {
+        return Err(super::not_as_named("basis functions (\"VOXSPLAT RBF …\")", &start));
+    }
     let mut lines = start.splitn(3, |byte| *byte == b'\n');
     let (Some(first), Some(line), Some(begun)) = (lines.next(), lines.next(), lines.next()) else {
         return Err(header(

@@ -1,4 +1,5 @@
-//! Fits functions to samples. New ones are added where the sum is furthest from the samples (Jang, section 4).
+//! Fits functions to samples. New ones are added where the sum is furthest from the samples (Jang, section 4). A fit may go on
+//! from the functions of an earlier one.
 
 use std::ops::ControlFlow;
 
@@ -71,6 +72,18 @@ pub enum EncodeError {
         "expected values between 1e-140 and 1e140 from each other, found a range of {0:e}; scale them first"
     )]
     Range(f64),
+    /// Functions to go on from that look otherwise.
+    #[error(
+        "expected a fit by functions of the basis {} to go on from, found one by {}; ask for that basis, or encode anew",
+        .expected.name(),
+        .found.name()
+    )]
+    OtherBasis {
+        /// Of the goal.
+        expected: Basis,
+        /// Of the earlier fit.
+        found: Basis,
+    },
     /// It was told to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -91,7 +104,7 @@ struct Fit<'a> {
 
 /// Fits functions to samples until no sample is further off than the goal's error, or the goal's number of functions is
 /// used, or more functions bring no more. The best sum found is returned in every case: [`Encoding::errors`] says how good it
-/// is. Each round is `told`, which may break it off.
+/// is. Each round is `told`, which may break it off. Where the ticket is paused it rests between two sweeps over all functions.
 ///
 /// # Errors
 /// See [`EncodeError`].
@@ -99,12 +112,53 @@ pub fn encode(
     points: &Points,
     goal: Goal,
     ticket: &Ticket,
+    told: impl FnMut(Step) -> ControlFlow<()>,
+) -> Result<Encoding, EncodeError> {
+    let fit = Fit::new(points, goal)?;
+    let start = fit.encoding();
+    fitted(fit, start, false, ticket, told)
+}
+
+/// Goes on from the functions of an earlier fit to the same samples: they are refined, and others added, until the goal is
+/// reached as in [`encode`]. A fit that is as near already comes back as it is, and none of its functions are taken away
+/// where the goal allows fewer. No sum is returned whose greatest error is above that of `start`.
+///
+/// # Errors
+/// See [`EncodeError`].
+pub fn resume(
+    points: &Points,
+    start: &Encoding,
+    goal: Goal,
+    ticket: &Ticket,
+    told: impl FnMut(Step) -> ControlFlow<()>,
+) -> Result<Encoding, EncodeError> {
+    if start.basis() != goal.basis {
+        return Err(EncodeError::OtherBasis { expected: goal.basis, found: start.basis() });
+    }
+    let mut fit = Fit::new(points, goal)?;
+    // Functions that ended sooner than they did would begin further off.
+    fit.epsilon = fit.epsilon.min(start.epsilon());
+    fit.restore((start.functions().to_vec(), start.bias()));
+    fitted(fit, start.clone(), true, ticket, told)
+}
+
+/// Adds functions and refines them until it is enough. What `start` gives stays the best until something is nearer.
+fn fitted(
+    mut fit: Fit<'_>,
+    start: Encoding,
+    is_resumed: bool,
+    ticket: &Ticket,
     mut told: impl FnMut(Step) -> ControlFlow<()>,
 ) -> Result<Encoding, EncodeError> {
-    let mut fit = Fit::new(points, goal)?;
-    let mut clusters = vec![Cluster::of((0..points.len() as u32).collect(), &fit.residual)];
-    let mut best = fit.encoding();
-    let mut best_errors = best.errors(points, ticket)?;
+    let goal = fit.goal;
+    let mut clusters = fit.clusters(ticket)?;
+    let mut best_errors = start.errors(fit.points, ticket)?;
+    let mut best = start;
+    // Who goes on from a fit has seen its greatest error, which is not to grow.
+    let most = if is_resumed { best_errors.max } else { f64::INFINITY };
+    // All of an earlier fit may be refined once more, also where no function may be added.
+    let mut is_to_be_refined = is_resumed;
+    let mut nearest_rms = best_errors.rms;
     let mut since_nearer = 0;
     loop {
         let errors = Errors::of(&fit.residual);
@@ -112,14 +166,17 @@ pub fn encode(
         ticket.checkpoint(fit.functions.len() as u64, goal.functions.max(1) as u64)?;
         let left = goal.functions.saturating_sub(fit.functions.len());
         let is_near = best_errors.max <= goal.max_error;
-        if is_enough || is_near || left == 0 || since_nearer >= PATIENCE {
+        let is_full = left == 0 && !is_to_be_refined;
+        if is_enough || is_near || is_full || since_nearer >= PATIENCE {
             return Ok(best);
         }
+        is_to_be_refined = false;
         let before = (fit.functions.clone(), fit.bias);
         fit.add(&mut clusters, left);
         fit.solve();
         let is_last = fit.functions.len() >= goal.functions;
         for _ in 0..if is_last { LAST_SWEEPS } else { SWEEPS } {
+            ticket.rest()?;
             ticket.checkpoint(fit.functions.len() as u64, goal.functions.max(1) as u64)?;
             let before = Errors::of(&fit.residual).rms;
             fit.refine();
@@ -134,9 +191,11 @@ pub fn encode(
         }
         // As functions end by their own weights, which is what a file holds.
         let now = fit.encoding();
-        let now_errors = now.errors(points, ticket)?;
-        since_nearer = if now_errors.rms < ENOUGH * best_errors.rms { 0 } else { since_nearer + 1 };
-        if now_errors.max <= goal.max_error || now_errors.rms < best_errors.rms {
+        let now_errors = now.errors(fit.points, ticket)?;
+        since_nearer = if now_errors.rms < ENOUGH * nearest_rms { 0 } else { since_nearer + 1 };
+        nearest_rms = nearest_rms.min(now_errors.rms);
+        let is_nearer = now_errors.rms < best_errors.rms && now_errors.max <= most;
+        if now_errors.max <= goal.max_error || is_nearer {
             (best, best_errors) = (now, now_errors);
         }
         clusters.par_iter_mut().for_each(|cluster| cluster.measure(&fit.residual));
@@ -179,6 +238,35 @@ impl<'a> Fit<'a> {
     fn encoding(&self) -> Encoding {
         let functions = self.functions.iter().copied();
         Encoding::new(self.goal.basis, self.bias, self.epsilon, functions, self.points.bounds())
+    }
+
+    /// All samples in one cluster more than there are functions, as many as fitting these would have left; fewer where
+    /// samples lie at one place. Those with the most squared error are split first.
+    fn clusters(&self, ticket: &Ticket) -> Result<Vec<Cluster>, Cancelled> {
+        let all = (0..self.points.len() as u32).collect();
+        let mut clusters = vec![Cluster::of(all, &self.residual)];
+        while clusters.len() <= self.functions.len() {
+            if ticket.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let before = clusters.len();
+            // Half of them at a time, so that no long list is sorted for each.
+            let wanted = (self.functions.len() + 1 - before).min(before.div_ceil(2));
+            clusters.sort_by(|a, b| b.energy.total_cmp(&a.energy));
+            let others = clusters.split_off(wanted);
+            let chosen = std::mem::replace(&mut clusters, others);
+            let parts = chosen.into_par_iter().map(|cluster| {
+                match cluster.split(self.points, &self.residual) {
+                    Ok(halves) => Vec::from(halves),
+                    Err(whole) => vec![whole],
+                }
+            });
+            clusters.extend(parts.collect::<Vec<_>>().into_iter().flatten());
+            if clusters.len() == before {
+                break;
+            }
+        }
+        Ok(clusters)
     }
 
     /// Adds a function in each of the clusters with the largest errors, and splits these clusters.

@@ -15,7 +15,7 @@ mod solve;
 #[cfg(test)]
 mod tests;
 
-pub use encode::{EncodeError, Goal, Step, encode};
+pub use encode::{EncodeError, Goal, Step, encode, resume};
 pub(crate) use encoding::four_digits;
 pub use encoding::{Blend, Encoding, Errors};
 pub use function::{Basis, Function};

@@ -1,6 +1,8 @@
 //! The encoder and the sum against analytic fields, finite differences and brute force.
 
 use std::ops::ControlFlow;
+use std::sync::mpsc;
+use std::time::Duration;
 
 use glam::{DMat3, DVec3};
 use nalgebra::{DMatrix, DVector};
@@ -352,6 +354,37 @@ fn a_cancel_ends_it_in_any_round() {
 }
 
 #[test]
+fn a_paused_fit_waits_and_wakes_for_a_cancel() {
+    let mut next = random();
+    let points = Points::new(lattice(6).map(|at| (at, next())));
+    for is_cancelled in [false, true] {
+        let ticket = Ticket::new();
+        ticket.pause(true);
+        let (sender, ended) = mpsc::channel();
+        let (points, own) = (points.clone(), ticket.clone());
+        let fit = move || {
+            let goal = Goal { functions: 12, max_error: 1e-9, ..GOAL };
+            let made = encode(&points, goal, &own, |_| ControlFlow::Continue(()));
+            sender.send(made.map(|encoding| encoding.functions().len()))
+        };
+        let thread = std::thread::spawn(fit);
+        assert!(ended.recv_timeout(Duration::from_millis(200)).is_err(), "it waits");
+        if is_cancelled {
+            ticket.cancel();
+        } else {
+            ticket.pause(false);
+        }
+        let end = ended.recv_timeout(Duration::from_secs(60)).expect("it wakes");
+        let is_as_asked_for = match end {
+            Ok(functions) => !is_cancelled && functions > 0,
+            Err(error) => is_cancelled && matches!(error, EncodeError::Cancelled(_)),
+        };
+        assert!(is_as_asked_for, "{end:?}");
+        thread.join().expect("it ends").expect("somebody waits");
+    }
+}
+
+#[test]
 fn broken_off_it_keeps_the_nearest_functions() {
     let mut next = random();
     let points = Points::new(lattice(10).map(|at| (at, next())));
@@ -366,6 +399,87 @@ fn broken_off_it_keeps_the_nearest_functions() {
     let counts = [0, 8, 40].map(until);
     assert!(counts[0] == 0 && (4..40).contains(&counts[1]) && counts[2] < 200, "{counts:?}");
     assert!(counts[2] > counts[1], "{counts:?}");
+}
+
+/// A field that no few functions are: three waves and a ridge.
+fn rough(at: DVec3) -> f64 {
+    let waves = (at.x * 0.9).sin() * (at.y * 0.7).cos() + (at.z * 0.8 + at.x * 0.3).sin();
+    waves + (-0.5 * (at.x - at.y).powi(2)).exp()
+}
+
+fn resumed(points: &Points, start: &Encoding, goal: Goal) -> Encoding {
+    let told = |_| ControlFlow::Continue(());
+    resume(points, start, goal, &Ticket::new(), told).expect("it is of the same basis")
+}
+
+fn errors_of(encoding: &Encoding, points: &Points) -> Errors {
+    encoding.errors(points, &Ticket::new()).expect("nobody stops it")
+}
+
+#[test]
+fn a_fit_goes_on_from_an_earlier_one_and_comes_as_near_as_one_made_at_once() {
+    let points = Points::new(lattice(12).map(|at| (at, rough(at))));
+    for basis in Basis::ALL {
+        let goal = |functions| Goal { basis, max_error: 1e-6, functions };
+        let few = encoded(&points, goal(40));
+        let at_once = errors_of(&encoded(&points, goal(80)), &points);
+        let before = errors_of(&few, &points);
+        let more = resumed(&points, &few, goal(80));
+        let after = errors_of(&more, &points);
+        let told = format!("{basis:?}: {before:?}, then {after:?}, at once {at_once:?}");
+        assert!(more.functions().len() > few.functions().len(), "{told}");
+        assert!(more.functions().len() <= 80, "{told}");
+        assert!(after.max <= before.max && after.rms < before.rms, "{told}");
+        // Where functions lie depends on the way there: neither is always the nearer one.
+        assert!(after.rms < 1.5 * at_once.rms, "{told}");
+    }
+}
+
+#[test]
+fn no_fit_that_goes_on_is_worse_than_it_was() {
+    let mut next = random();
+    let points = Points::new(lattice(8).map(|at| (at, next())));
+    let mut encoding = encoded(&points, Goal { max_error: 0.3, functions: 12, ..GOAL });
+    let mut before = errors_of(&encoding, &points);
+    // Coarser goals than the first, none that can be reached, and fewer functions than there are.
+    for (max_error, functions) in [(0.4, 16), (1e-9, 20), (0.2, 20), (1e-3, 4), (1e-3, 48)] {
+        let goal = Goal { max_error, functions, ..GOAL };
+        let more = resumed(&points, &encoding, goal);
+        let after = errors_of(&more, &points);
+        assert!(after.max <= before.max, "{goal:?}: {before:?}, then {after:?}");
+        assert!(more.functions().len() <= functions.max(encoding.functions().len()), "{goal:?}");
+        (encoding, before) = (more, after);
+    }
+}
+
+#[test]
+fn a_fit_that_is_as_near_as_asked_for_comes_back_as_it_is() {
+    let points = Points::new(lattice(10).map(|at| (at, rough(at))));
+    let fit = encoded(&points, Goal { functions: 30, ..GOAL });
+    let max_error = errors_of(&fit, &points).max;
+    let mut steps = Vec::new();
+    let goal = Goal { max_error, functions: 300, ..GOAL };
+    let again = resume(&points, &fit, goal, &Ticket::new(), |step| {
+        steps.push(step.functions);
+        ControlFlow::Continue(())
+    });
+    let again = again.expect("it is of the same basis");
+    assert_eq!(again.functions(), fit.functions());
+    assert_eq!((again.bias(), again.epsilon()), (fit.bias(), fit.epsilon()));
+    assert_eq!(steps, [fit.functions().len()], "told once, of what there is");
+}
+
+#[test]
+fn functions_of_another_basis_are_refused() {
+    let points = Points::new(lattice(5).map(|at| (at, rough(at))));
+    let fit = encoded(&points, Goal { functions: 5, ..GOAL });
+    let goal = Goal { basis: Basis::Gaussian, ..GOAL };
+    let refused =
+        resume(&points, &fit, goal, &Ticket::new(), |_| ControlFlow::Continue(())).expect_err("no");
+    let [expected, found] = [Basis::Gaussian, Basis::Ellipsoid];
+    assert_eq!(refused, EncodeError::OtherBasis { expected, found });
+    let told = refused.to_string();
+    assert!(told.contains("basis gaussian") && told.contains("by ellipsoid"), "{told}");
 }
 
 #[test]

@@ -3,10 +3,12 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use crate::core::memory::{self, TooLarge};
 use crate::core::{Cancelled, Ticket};
 use crate::io::{Encoded, Source, vrbf};
-use crate::rbf::{EncodeError, Encoding, Goal, Points, Step, encode};
+use crate::rbf::{EncodeError, Encoding, Errors, Goal, Points, Step, encode, four_digits, resume};
 use crate::volume::{Component, Field, Grid, Samples, VolumeError};
 
 /// Bytes that fitting takes for each sample: its place (of uneven grids with the steps about it), its value and residual, and
@@ -15,6 +17,14 @@ const BYTES_A_SAMPLE: u64 = 56 + 96 + 50 * 8;
 
 /// The fit aims at this share of the error asked for, since rounding to 32 bits adds some.
 const BEFORE_ROUNDING: f64 = 0.999;
+
+/// The errors that a file tells of its functions, and those found again, are the same up to this part of them: another build
+/// may sum up in another order.
+const SAME_ERROR: f64 = 0.01;
+/// Where they are but rounding: this part of the samples' range.
+const ROUNDING: f64 = 1e-9;
+/// The same of the boxes' corners, as a part of their diagonal.
+const SAME_PLACE: f64 = 1e-6;
 
 /// Why there is no encoding of a field.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +38,29 @@ pub enum FieldError {
     /// No functions could be fitted.
     #[error(transparent)]
     Encode(#[from] EncodeError),
+    /// The earlier fit was one of other samples.
+    #[error(
+        "expected an earlier fit of {expected}, found one of {found}; go on from a fit of this field, or encode it anew"
+    )]
+    OtherSamples {
+        /// What is to be encoded, for people.
+        expected: String,
+        /// What the earlier fit was made of.
+        found: String,
+    },
+    /// The earlier fit was one of as many samples in the same box, with other values.
+    #[error(
+        "expected the greatest error {told} that the earlier fit tells of itself, found {found} at these samples: it was \
+         made of others, {whose}; go on from a fit of this field, or encode it anew"
+    )]
+    OtherValues {
+        /// In the samples' units, to four digits.
+        told: f64,
+        /// The same.
+        found: f64,
+        /// What the earlier fit was made of, for people.
+        whose: String,
+    },
     /// It was told to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -45,12 +78,18 @@ pub enum Wanted {
 /// Encodes a field, and measures the errors of the functions as a file holds them. Each round is `told`, which may break it off. The goal was reached
 /// if [`Encoded::errors`] are within [`Source::wanted`].
 ///
+/// An `earlier` fit of the same field is gone on from ([`resume`]): the greatest error is never above its own. Its functions
+/// come back as they are where they reach the goal already, and where nothing nearer is found. Whether it is one of this field
+/// is told by how many samples there are, by their box, and by its errors, which have to be found again. Names may have
+/// changed.
+///
 /// # Errors
 /// See [`FieldError`].
 pub fn encode_field(
     (grid, field, component): (&Grid, &Field, Component),
     name: &str,
     (wanted, goal): (Wanted, Goal),
+    earlier: Option<&Encoded>,
     ticket: &Ticket,
     told: impl FnMut(Step) -> ControlFlow<()>,
 ) -> Result<Encoded, FieldError> {
@@ -69,24 +108,86 @@ pub fn encode_field(
         Wanted::Units(error) => error,
         Wanted::Percent(percent) => (high - low).max(0.0) * percent / 100.0,
     };
-    let encoding =
-        encode(&points, Goal { max_error: max_error * BEFORE_ROUNDING, ..goal }, ticket, told)?;
-    let encoding = vrbf::rounded(&encoding);
-    let errors = encoding.errors(&points, ticket)?;
-    Ok(Encoded {
-        encoding,
-        errors,
-        source: Source {
-            name: name.to_owned(),
-            field: field.name.clone(),
-            samples: points.len(),
-            left_out: points.left_out(),
-            wanted: max_error,
-            lattice,
-            space: grid.space.clone(),
-            unit: grid.unit.clone(),
-        },
+    let source = Source {
+        name: name.to_owned(),
+        field: field.name.clone(),
+        samples: points.len(),
+        left_out: points.left_out(),
+        wanted: max_error,
+        lattice,
+        space: grid.space.clone(),
+        unit: grid.unit.clone(),
+    };
+    let goal = Goal { max_error: max_error * BEFORE_ROUNDING, ..goal };
+    let measured = |encoding: &Encoding| encoding.errors(&points, ticket);
+    let (encoding, errors) = match earlier {
+        None => {
+            let encoding = vrbf::rounded(&encode(&points, goal, ticket, told)?);
+            let errors = measured(&encoding)?;
+            (encoding, errors)
+        }
+        Some(earlier) => {
+            check_place(earlier, &source, points.bounds())?;
+            let before = measured(&earlier.encoding)?;
+            check_errors(earlier, before, high - low)?;
+            if earlier.encoding.basis() == goal.basis && before.max <= max_error {
+                (earlier.encoding.clone(), before)
+            } else {
+                let found = resume(&points, &earlier.encoding, goal, ticket, told)?;
+                let found = vrbf::rounded(&found);
+                let errors = measured(&found)?;
+                // Rounding may take back what little was gained.
+                let is_worse = errors.max > before.max;
+                if is_worse { (earlier.encoding.clone(), before) } else { (found, errors) }
+            }
+        }
+    };
+    Ok(Encoded { encoding, errors, source })
+}
+
+/// Whether an earlier fit was made of as many samples, in the same box.
+fn check_place(earlier: &Encoded, source: &Source, bounds: [DVec3; 2]) -> Result<(), FieldError> {
+    let own = earlier.encoding.bounds();
+    let far = SAME_PLACE * (bounds[1] - bounds[0]).length();
+    let is_there = own.iter().zip(&bounds).all(|(a, b)| a.distance(*b) <= far);
+    let counts = |source: &Source| (source.samples, source.left_out);
+    if is_there && counts(&earlier.source) == counts(source) {
+        return Ok(());
+    }
+    Err(FieldError::OtherSamples {
+        expected: format!("{} {}", described(source), between(bounds)),
+        found: format!("{} {}", described(&earlier.source), between(own)),
     })
+}
+
+/// Whether an earlier fit is as far from the samples as it was from those that it was made of. `range` is that of the values.
+fn check_errors(earlier: &Encoded, found: Errors, range: f64) -> Result<(), FieldError> {
+    let told = earlier.errors;
+    let is_same =
+        |a: f64, b: f64| (a - b).abs() <= SAME_ERROR * a.max(b) + ROUNDING * range.max(0.0);
+    if is_same(told.max, found.max) && is_same(told.rms, found.rms) {
+        return Ok(());
+    }
+    Err(FieldError::OtherValues {
+        told: four_digits(told.max),
+        found: four_digits(found.max),
+        whose: described(&earlier.source),
+    })
+}
+
+/// `8000 samples of density in scan.nrrd`.
+fn described(source: &Source) -> String {
+    let left_out = match source.left_out {
+        0 => String::new(),
+        count => format!(" and {count} that are not finite"),
+    };
+    format!("{} samples{left_out} of {} in {}", source.samples, source.field, source.name)
+}
+
+/// `between (0, 0, 0) and (19, 19, 19)`, the corners of a box.
+fn between([low, high]: [DVec3; 2]) -> String {
+    let corner = |at: DVec3| at.to_array().map(|v| four_digits(v).to_string()).join(", ");
+    format!("between ({}) and ({})", corner(low), corner(high))
 }
 
 /// What functions leave of the samples that they were fitted to: these less their sum, as a field of the same grid.
@@ -112,4 +213,97 @@ pub fn residual(
         association: field.association,
         samples: Arc::new(Samples::Float32(left.collect())),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rbf::Basis;
+    use crate::volume::{Association, Lattice, Places};
+
+    const GOAL: Goal = Goal { basis: Basis::Ellipsoid, max_error: 0.0, functions: 12 };
+
+    /// Waves at the points of a lattice.
+    fn grid(side: usize) -> Grid {
+        let lattice = Lattice::unit([side; 3]);
+        let value = |(at, _): (DVec3, _)| {
+            ((at.x * 0.5).sin() * (at.y * 0.4).cos() + (at.z * 0.3).sin()) as f32
+        };
+        let places = Places::Lattice(lattice);
+        let samples = (0..side.pow(3)).map(|i| value(places.at(i))).collect();
+        let field = Field {
+            name: "waves".to_owned(),
+            components: 1,
+            association: Association::Point,
+            samples: Arc::new(Samples::Float32(samples)),
+        };
+        Grid::of(lattice, vec![field])
+    }
+
+    fn fitted(
+        grid: &Grid,
+        (wanted, goal): (Wanted, Goal),
+        earlier: Option<&Encoded>,
+    ) -> Result<Encoded, FieldError> {
+        let what = (grid, &grid.fields[0], Component::Index(0));
+        let told = |_| ControlFlow::Continue(());
+        encode_field(what, "a.nrrd", (wanted, goal), earlier, &Ticket::new(), told)
+    }
+
+    #[test]
+    fn a_fit_goes_on_to_another_goal_and_is_never_further_off() {
+        let grid = grid(12);
+        let wanted = Wanted::Percent(0.01);
+        let few = fitted(&grid, (wanted, GOAL), None).expect("samples");
+        // As a file that was called otherwise.
+        let renamed = Source { name: "b.nrrd".to_owned(), ..few.source.clone() };
+        let few = Encoded { source: renamed, ..few };
+        let goal = Goal { functions: 48, ..GOAL };
+        let more = fitted(&grid, (wanted, goal), Some(&few)).expect("of the same field");
+        assert!(more.errors.max <= few.errors.max && more.errors.rms < few.errors.rms);
+        assert!(more.encoding.functions().len() > few.encoding.functions().len());
+        assert_eq!(more.source.name, "a.nrrd", "as it is called now");
+        // What is told is of 32-bit numbers, which is what a file holds.
+        let places = Places::Lattice(grid.lattice);
+        let samples = &grid.fields[0].samples;
+        let points = Points::new((0..samples.len()).map(|i| (places.at(i).0, samples.get(i))));
+        let again = vrbf::rounded(&more.encoding).errors(&points, &Ticket::new());
+        assert_eq!(again.expect("nobody stops it"), more.errors);
+    }
+
+    #[test]
+    fn a_goal_that_is_reached_already_leaves_the_functions_as_they_are() {
+        let grid = grid(10);
+        let fit = fitted(&grid, (Wanted::Percent(5.0), Goal { functions: 400, ..GOAL }), None);
+        let fit = fit.expect("samples");
+        let wanted = Wanted::Units(fit.errors.max);
+        let again = fitted(&grid, (wanted, GOAL), Some(&fit)).expect("of the same field");
+        assert_eq!(again.encoding.functions(), fit.encoding.functions());
+        assert_eq!((again.errors, again.source.wanted), (fit.errors, fit.errors.max));
+    }
+
+    #[test]
+    fn fits_of_anything_else_are_refused_in_a_sentence() {
+        let own = grid(12);
+        let wanted = Wanted::Percent(5.0);
+        let fit = fitted(&own, (wanted, GOAL), None).expect("samples");
+        let refused = |grid: &Grid, earlier: &Encoded, goal: Goal| {
+            let refused = fitted(grid, (wanted, goal), Some(earlier));
+            let told = refused.err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(told.starts_with("expected") && !told.contains('\n'), "{told}");
+            told
+        };
+        let told = refused(&grid(9), &fit, GOAL);
+        assert!(told.contains("expected an earlier fit of 729 samples of "), "{told}");
+        assert!(told.contains("found one of 1728 samples of "), "{told}");
+        // As many values in the same box.
+        let mut other = own.clone();
+        let samples = &own.fields[0].samples;
+        let turned = (0..samples.len()).rev().map(|i| samples.get(i) as f32 * 2.0).collect();
+        other.fields[0].samples = Arc::new(Samples::Float32(turned));
+        let told = refused(&other, &fit, GOAL);
+        assert!(told.contains("that the earlier fit tells of itself"), "{told}");
+        let told = refused(&own, &fit, Goal { basis: Basis::Gaussian, ..GOAL });
+        assert!(told.contains("basis gaussian"), "{told}");
+    }
 }

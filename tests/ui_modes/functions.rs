@@ -1,5 +1,7 @@
 //! Encoding the open field as basis functions.
 
+use std::sync::Arc;
+
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
@@ -124,6 +126,48 @@ fn kernels_of_functions_are_offered_where_there_are_some() {
     assert!(offers(&mut bench));
 }
 
+#[test]
+fn a_fit_goes_on_from_the_functions_that_there_are() {
+    let mut bench = opened("some.nrrd");
+    bench.set_slider("Greatest error", 20.0);
+    bench.set_slider("Most functions", 60.0);
+    assert!(!bench.shows("Continue"), "there are none yet");
+    encoded(&mut bench);
+    let functions = |bench: &Bench| {
+        scene(bench).volume().and_then(|volume| volume.functions.clone()).expect("functions")
+    };
+    let worst = |bench: &Bench| {
+        let volume = scene(bench).volume().expect("a field").clone();
+        let own = functions(bench);
+        let error = |i: usize| {
+            let at = [i % 8, i / 8 % 8, i / 64].map(|n| n as f64);
+            (volume.samples.get(i) - own.value(volume.lattice.world_from_index(at.into()))).abs()
+        };
+        (0..volume.samples.len()).map(error).fold(0.0, f64::max)
+    };
+    let (first, before) = (functions(&bench), worst(&bench));
+    bench.set_slider("Greatest error", 0.5);
+    press(&mut bench, "Continue");
+    bench.wait_until(|window| {
+        let volume = window.scene().and_then(Scene::volume);
+        let now = volume.and_then(|volume| volume.functions.as_ref());
+        now.is_some_and(|now| !Arc::ptr_eq(now, &first))
+    });
+    bench.settle();
+    assert!(worst(&bench) < before, "{} after {before}", worst(&bench));
+    let said = bench.window().notices().shown().last().expect("told").text.clone();
+    assert!(said.contains("basis functions: greatest error"), "{said}");
+
+    // Fewer cannot be gone on to, and another shape neither.
+    let is_offered = |bench: &Bench| {
+        let button = bench.harness.get_by_role_and_label(Role::Button, "Continue");
+        !button.accesskit_node().is_disabled()
+    };
+    assert!(is_offered(&bench));
+    bench.choose("Shape", "Spheres");
+    assert!(!is_offered(&bench));
+}
+
 /// The stand-in's file would take no time.
 #[test]
 fn a_fit_under_way_is_forgotten_where_it_is_cancelled() {
@@ -135,5 +179,29 @@ fn a_fit_under_way_is_forgotten_where_it_is_cancelled() {
         bench.harness.get_all_by_label("Cancel").next().expect("shown").click();
     }
     bench.wait_until_gone("Enough");
+    bench.settle();
+}
+
+/// As above: where it has ended before the hand is there, nothing can be paused.
+#[test]
+fn a_paused_fit_says_so_and_is_cancelled_all_the_same() {
+    let mut bench = opened("some.nrrd");
+    bench.set_slider("Greatest error", 0.05);
+    bench.set_slider("Most functions", 20_000.0);
+    bench.harness.get_by_role_and_label(Role::Button, "Encode").click();
+    bench.harness.run_steps(2);
+    if bench.shows("Pause") {
+        bench.harness.get_by_role_and_label(Role::Button, "Pause").click();
+        bench.harness.run_steps(2);
+    }
+    if bench.shows("Go on") {
+        assert!(bench.tells("· paused"), "beside its progress");
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        bench.harness.run_steps(2);
+        assert!(bench.shows("Go on") && !has_functions(scene(&bench)), "it waits");
+        // The one in the panel, which is drawn last of all, or the one of the job: both end it.
+        bench.harness.get_all_by_label("Cancel").last().expect("shown").click();
+    }
+    bench.wait_until_gone("Go on");
     bench.settle();
 }

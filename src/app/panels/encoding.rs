@@ -1,6 +1,8 @@
 //! Basis functions: what a field is encoded by, how far that came, and what to do with them.
 
-use eframe::egui::{Align2, FontId, Pos2, Rect, Sense, Shape, Slider, Stroke, Ui, pos2, vec2};
+use eframe::egui::{
+    Align2, Button, FontId, Pos2, Rect, Sense, Shape, Slider, Stroke, Ui, pos2, vec2,
+};
 
 use super::splat::{choice_ui, slider_row};
 use super::{facts_ui, row_ui};
@@ -42,7 +44,7 @@ fn functions_ui(ui: &mut Ui, document: &Document) -> Option<EncodingRequest> {
         format!(
             "{}, {}",
             words::count(functions.functions().len() as u64),
-            basis(functions.basis()).0
+            basis(functions.basis()).0.to_lowercase()
         ),
         "How many functions the field is the sum of, and what they look like",
     )];
@@ -82,11 +84,11 @@ fn functions_ui(ui: &mut Ui, document: &Document) -> Option<EncodingRequest> {
 fn basis(basis: Basis) -> (&'static str, &'static str) {
     match basis {
         Basis::Ellipsoid => (
-            "ellipsoids",
+            "Ellipsoids",
             "Gaussians as wide as they have to be in each direction: the fewest for an error",
         ),
-        Basis::Gaussian => ("spheres", "Gaussians as wide in every direction, as published"),
-        Basis::Multiquadric => ("multiquadrics", "1/√(1 + r²), which end far out, as published"),
+        Basis::Gaussian => ("Spheres", "Gaussians as wide in every direction, as published"),
+        Basis::Multiquadric => ("Multiquadrics", "1/√(1 + r²), which end far out, as published"),
     }
 }
 
@@ -105,25 +107,41 @@ fn start_ui(
     }
     let is_file_of_functions = document.grid.functions.is_some();
     row_ui(ui, "", |ui| {
-        let button = eframe::egui::Button::new("Encode");
+        let button = Button::new("Encode");
         let help = "Fits functions to the samples. Their sum is drawn by itself then, without samples, by whatever curve and \
                     light";
-        let clicked = ui
+        let encode = ui
             .add_enabled(!is_file_of_functions, button)
             .on_hover_text(help)
-            .on_disabled_hover_text("These samples are the sum of functions already")
-            .clicked();
-        clicked.then_some(EncodingRequest::Encode)
+            .on_disabled_hover_text("These samples are the sum of functions already");
+        // Functions of a file have no samples that they could be fitted to further.
+        let is_continued = document.encoded_here().is_some_and(|encoded| {
+            let earlier = &encoded.encoding;
+            let is_of_shape = earlier.basis() == choice.basis;
+            let may_go_on = is_of_shape && earlier.functions().len() <= choice.functions as usize;
+            let help =
+                "Keeps the functions that there are, refines them and adds others. The greatest error never grows";
+            let not = "Goes on with functions of the same shape, and with no fewer than there are";
+            ui.add_enabled(may_go_on, Button::new("Continue"))
+                .on_hover_text(help)
+                .on_disabled_hover_text(not)
+                .clicked()
+        });
+        match () {
+            () if encode.clicked() => Some(EncodingRequest::Encode),
+            () if is_continued => Some(EncodingRequest::Continue),
+            () => None,
+        }
     })
 }
 
 fn running_ui(ui: &mut Ui, encoding: &Encoding, wanted: f64) -> Option<EncodingRequest> {
     let steps = encoding.steps();
-    curve_ui(ui, &steps, wanted);
     let is_paused = encoding.is_paused();
+    curve_ui(ui, &steps, wanted, is_paused);
     row_ui(ui, "", |ui| {
         let pause = if is_paused { "Go on" } else { "Pause" };
-        let pause = ui.button(pause).on_hover_text("Waits after the round that it is in");
+        let pause = ui.button(pause).on_hover_text("Waits once the step that it is in is done");
         let help = "Ends with the nearest functions that it has";
         let enough = ui.button("Enough").on_hover_text(help);
         let cancel = ui.button("Cancel").on_hover_text("Forgets them");
@@ -137,7 +155,7 @@ fn running_ui(ui: &mut Ui, encoding: &Encoding, wanted: f64) -> Option<EncodingR
 }
 
 /// The greatest error by how many functions there are, both by their logarithms, and the error that is asked for.
-fn curve_ui(ui: &mut Ui, steps: &[(usize, f64)], wanted: f64) {
+fn curve_ui(ui: &mut Ui, steps: &[(usize, f64)], wanted: f64, is_paused: bool) {
     let size = vec2(ui.available_width(), CURVE_HEIGHT);
     let (response, painter) = ui.allocate_painter(size, Sense::hover());
     let rect = response.rect;
@@ -162,6 +180,7 @@ fn curve_ui(ui: &mut Ui, steps: &[(usize, f64)], wanted: f64) {
         }
         None => "Sorting the samples".to_owned(),
     };
+    let told = if is_paused { format!("Paused · {told}") } else { told };
     // Above the line of the wanted error, where the curve comes last.
     let corner = pos2(inner.left(), level - 3.0);
     painter.text(corner, Align2::LEFT_BOTTOM, told, FontId::proportional(12.0), theme::TEXT);
