@@ -203,17 +203,20 @@ fn light_on_a_bent_border_is_smooth_and_on_a_sharp_one_is_not() {
         };
         let field = cubes([3, 2, 2], place, |_| 5.0);
         let lit = Arc::clone(field.shading_normals(&Ticket::new()).unwrap());
-        // On the lower faces, at the fold and a step from it.
-        [0.999, 0.0].map(|r| {
+        // On the lower faces, at the fold and a step from it, and above the fold, where these are still the nearest.
+        [[0.999, 0.0], [0.0, 0.0], [0.999, 0.3]].map(|[r, t]| {
             let first = (0, &field.cells().solids()[0]);
-            lit.growth(first, DVec3::new(r, 0.5, 0.0))
+            lit.growth(first, DVec3::new(r, 0.5, t))
         })
     };
-    let angle = |[a, b]: [DVec3; 2]| a.angle_between(b).to_degrees();
-    assert!((angle(folded(20.0)) - 10.0).abs() < 0.1, "{}", angle(folded(20.0)));
-    assert!(angle(folded(40.0)) < 1e-6, "{}", angle(folded(40.0)));
+    let angle = |a: DVec3, b: DVec3| a.angle_between(b).to_degrees();
+    let [at_fold, beside, above] = folded(20.0);
+    assert!((angle(at_fold, beside) - 10.0).abs() < 0.1, "{}", angle(at_fold, beside));
+    assert!((above - at_fold).length() < 1e-9, "what lies behind is lit alike: {at_fold} {above}");
+    let [at_fold, beside, above] = folded(40.0);
+    assert!(angle(at_fold, beside) < 1e-6, "{}", angle(at_fold, beside));
     // What does not grow at all is lit all the same.
-    assert!(folded(40.0).iter().all(|growth| (growth.length() - 1.0).abs() < 1e-9));
+    assert!([at_fold, beside, above].iter().all(|growth| (growth.length() - 1.0).abs() < 1e-9));
 }
 
 #[test]

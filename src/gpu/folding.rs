@@ -289,6 +289,7 @@ mod tests {
         fn two(x: f32) -> f32 { return x * 2.0; }
         fn three(x: f32) -> f32 { return x * 3.0; }
         fn four(x: f32) -> f32 { return x * 4.0; }
+        fn five(x: f32) -> f32 { return x * 5.0; }
         @compute @workgroup_size(1)
         fn run() {
             if kind == 1u {
@@ -297,6 +298,7 @@ mod tests {
             if kind == 1u { let named = one(out[0]); out[0] = named; } else { out[0] = two(out[0]); }
             if (kind == 1u || kind == 2u) && out[1] > 0.0 { out[1] = three(out[1]); }
             if also || out[2] > 0.0 { out[2] = four(out[2]); }
+            if also { out[4] = five(out[4]); }
         }";
 
     fn names(constants: &[(&str, f64)]) -> Vec<String> {
@@ -316,7 +318,7 @@ mod tests {
     fn what_overrides_rule_out_is_gone_and_nothing_else() {
         assert_eq!(names(&[]), ["two", "four"]);
         assert_eq!(names(&[("kind", 1.0)]), ["one", "three", "four"]);
-        assert_eq!(names(&[("kind", 2.0), ("also", 1.0)]), ["two", "three", "four"]);
+        assert_eq!(names(&[("kind", 2.0), ("also", 1.0)]), ["two", "three", "four", "five"]);
         assert!(folded("fn broken(", &[]).is_none());
         assert!(folded(SOURCE, &[("unknown", 1.0)]).is_none());
     }

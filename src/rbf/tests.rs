@@ -470,6 +470,19 @@ fn a_fit_that_is_as_near_as_asked_for_comes_back_as_it_is() {
 }
 
 #[test]
+fn a_fit_that_has_all_functions_that_it_may_have_is_refined_all_the_same() {
+    let points = Points::new(lattice(10).map(|at| (at, rough(at))));
+    let fit = encoded(&points, Goal { functions: 30, ..GOAL });
+    let halved = fit.functions().iter().map(|own| Function { weight: 0.5 * own.weight, ..*own });
+    let start = Encoding::new(fit.basis(), fit.bias(), fit.epsilon(), halved, fit.bounds());
+    let goal = Goal { max_error: 1e-6, functions: start.functions().len(), ..GOAL };
+    let again = resumed(&points, &start, goal);
+    assert!(again.functions().len() <= start.functions().len());
+    let [before, after] = [&start, &again].map(|encoding| errors_of(encoding, &points));
+    assert!(after.rms < 0.9 * before.rms && after.max <= before.max, "{before:?}, {after:?}");
+}
+
+#[test]
 fn functions_of_another_basis_are_refused() {
     let points = Points::new(lattice(5).map(|at| (at, rough(at))));
     let fit = encoded(&points, Goal { functions: 5, ..GOAL });

@@ -296,6 +296,10 @@ mod tests {
         let told = refused(&grid(9), &fit, GOAL);
         assert!(told.contains("expected an earlier fit of 729 samples of "), "{told}");
         assert!(told.contains("found one of 1728 samples of "), "{told}");
+        // As many samples, a step beside.
+        let moved = Lattice { origin: DVec3::X, ..own.lattice };
+        let told = refused(&Grid::of(moved, own.fields.clone()), &fit, GOAL);
+        assert!(told.contains("expected an earlier fit of 1728 samples of "), "{told}");
         // As many values in the same box.
         let mut other = own.clone();
         let samples = &own.fields[0].samples;
