@@ -26,7 +26,6 @@ impl Face {
 impl Cells {
     /// The faces that belong to one solid of those that are `there`, in the solids' order.
     pub fn surface(&self, is_there: impl Fn(usize) -> bool + Sync) -> Vec<Face> {
-        // By the number of the solid, and of the face in it.
         let faces_of = |(i, solid): (usize, &Solid)| {
             #[expect(
                 clippy::cast_possible_truncation,
@@ -39,18 +38,18 @@ impl Cells {
             faces.filter_map(move |(number, face)| {
                 let (corners, key) = corners_of(face, solid.corners())?;
                 let number = number as u8;
-                Some((key, (own, number), Face { corners, solid: own, number }))
+                Some((key, Face { corners, solid: own, number }))
             })
         };
         let mut faces: Vec<_> =
             self.solids().par_iter().enumerate().flat_map_iter(faces_of).collect();
-        faces.par_sort_unstable_by_key(|(key, order, _)| (*key, *order));
-        let mut found: Vec<((u32, u8), Face)> = faces
+        faces.par_sort_unstable_by_key(|(key, _)| *key);
+        let mut found: Vec<Face> = faces
             .chunk_by(|a, b| a.0 == b.0)
-            .filter_map(|part| (part.len() == 1).then_some((part[0].1, part[0].2)))
+            .filter_map(|part| (part.len() == 1).then_some(part[0].1))
             .collect();
-        found.sort_unstable_by_key(|(order, _)| *order);
-        found.into_iter().map(|(_, face)| face).collect()
+        found.sort_unstable_by_key(|face| (face.solid, face.number));
+        found
     }
 }
 
