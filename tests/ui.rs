@@ -631,7 +631,7 @@ fn much_that_is_to_be_known_of_a_file_is_listed_in_the_panel_rather_than_over_th
         bench.window().notices().shown().iter().map(|notice| notice.text.clone()).collect();
     assert_eq!(
         told,
-        ["4 notes on this file are listed under Data, first: the first thing to know"]
+        ["4 notes on this file are listed under Data; the first: the first thing to know"]
     );
     assert!(!bench.shows("the fourth thing to know"));
     bench.harness.get_by_label("Notes on the file (4)").click();

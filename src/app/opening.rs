@@ -275,8 +275,9 @@ impl Window {
         match &news[..] {
             [first, _, ..] if self.settings.side_panel => {
                 let count = counted(news.len(), "note");
-                self.notices
-                    .note(format!("{count} on this file are listed under Data, first: {first}"));
+                self.notices.note(format!(
+                    "{count} on this file are listed under Data; the first: {first}"
+                ));
             }
             news => {
                 for note in news {

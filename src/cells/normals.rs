@@ -155,8 +155,8 @@ impl ShadingNormals {
         Ok(made)
     }
 
-    /// Corners that do not lie on a face, but on another one, are as those that edges join to them where it is the nearest: what
-    /// lies behind it is lit alike, however deep.
+    /// Corners that lie on other outer faces have, where this face is the nearest, the mean of the corners on it that edges join
+    /// them to: what lies behind it is lit alike, however deep.
     #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
     fn carry_inwards(&mut self, cells: &Cells, (number, face): (usize, &Face), strength: f64) {
         let solid = &cells.solids()[face.solid as usize];

@@ -329,8 +329,8 @@ fn light_has_the_border_of_cells_as_float64_has_it() {
             own.gradient(simd, Vec3::splat(simd, [x, y, z]), true).lane(3)
         });
         let off = (DVec3::from(found.map(f64::from)) - expected).length();
-        // Where two cells meet, where two outer faces are as near, and where the border is turned across what grows, single precision may choose
-        // the other.
+        // Where two cells meet, where two outer faces are as near, and where the border is turned across what grows, single
+        // precision may choose the other.
         let beside = [-1e-3, 1e-3].map(|by| lit.growth(at, unit + DVec3::splat(by)));
         if at.1.kind().beyond(unit) > -1e-3
             || beside

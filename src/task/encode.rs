@@ -50,14 +50,14 @@ pub enum FieldError {
     },
     /// The earlier fit was one of as many samples in the same box, with other values.
     #[error(
-        "expected the greatest error {told} that the earlier fit tells of itself, found {found} at these samples: it was \
-         made of others, {whose}; go on from a fit of this field, or encode it anew"
+        "expected at these samples the errors that the earlier fit tells of itself ({told}), found others ({found}): it was \
+         made of {whose}; go on from a fit of this field, or encode it anew"
     )]
     OtherValues {
-        /// In the samples' units, to four digits.
-        told: f64,
-        /// The same.
-        found: f64,
+        /// At the samples that it was made of.
+        told: Errors,
+        /// At these.
+        found: Errors,
         /// What the earlier fit was made of, for people.
         whose: String,
     },
@@ -168,11 +168,7 @@ fn check_errors(earlier: &Encoded, found: Errors, range: f64) -> Result<(), Fiel
     if is_same(told.max, found.max) && is_same(told.rms, found.rms) {
         return Ok(());
     }
-    Err(FieldError::OtherValues {
-        told: four_digits(told.max),
-        found: four_digits(found.max),
-        whose: described(&earlier.source),
-    })
+    Err(FieldError::OtherValues { told, found, whose: described(&earlier.source) })
 }
 
 /// `8000 samples of density in scan.nrrd`.
@@ -306,6 +302,11 @@ mod tests {
         let turned = (0..samples.len()).rev().map(|i| samples.get(i) as f32 * 2.0).collect();
         other.fields[0].samples = Arc::new(Samples::Float32(turned));
         let told = refused(&other, &fit, GOAL);
+        assert!(told.contains("that the earlier fit tells of itself"), "{told}");
+        // As near at the worst of them, but not at all.
+        let errors = Errors { rms: 2.0 * fit.errors.rms, ..fit.errors };
+        let other = Encoded { encoding: fit.encoding.clone(), errors, source: fit.source.clone() };
+        let told = refused(&own, &other, GOAL);
         assert!(told.contains("that the earlier fit tells of itself"), "{told}");
         let told = refused(&own, &fit, Goal { basis: Basis::Gaussian, ..GOAL });
         assert!(told.contains("basis gaussian"), "{told}");
