@@ -516,12 +516,19 @@ impl Renderer {
         let asked = Asked::of(plan.mode.classify);
         let land = |own: &Own| self.threads.run(|| own.land((&rays, asked), ticket));
         let landed = own.map(land).transpose()?;
+        let light = Light::of(plan).filter(|_| composites);
+        if let (Some(Own::Cells(cells)), Some(light)) = (own, &light)
+            && light.uses_gradient
+        {
+            let for_light = light.is_of_slabs && light.is_of_borders;
+            self.threads.run(|| cells.make_growths(for_light, ticket))?;
+        }
         let of_field = OfField {
             which,
             masks,
             landed,
             asked,
-            light: Light::of(plan).filter(|_| composites),
+            light,
             surfaces: Surfaces::of(plan),
             along,
             cut: plan.cut.clone().filter(|_| self.draws_cuts()),

@@ -277,6 +277,19 @@ impl Solids {
         }))
     }
 
+    /// Makes these before rays ask for them, where it can be cancelled and all threads take part.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn make_growths(&self, for_light: bool, ticket: &Ticket) -> Result<(), Cancelled> {
+        if for_light {
+            self.field.shading_normals(ticket)?;
+        }
+        self.field.growths(ticket)?;
+        self.growths(for_light);
+        Ok(())
+    }
+
     fn made_for_light(&self, index: DMat3) -> Lit {
         // Nobody cancels a fresh ticket.
         let Ok(of) = self.field.shading_normals(&Ticket::new()) else { return Lit::default() };
