@@ -10,8 +10,6 @@ const LOOK_EVERY: u32 = 8u;
 // Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 // lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
-// What is left of a slab that ends at the border of cells grows as so far within it, of its length.
-const INWARDS: f32 = 0.015625;
 // Whether small things lie in the pixel, that a single ray may miss.
 var<private> seeks_specks: bool;
 
@@ -152,12 +150,10 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                         from_t = slab.ts.x;
                         to_t = slab.ts.y;
                         if SHADED && kernel == CELLS && slab.us.x != NOTHING {
-                            // From within, where no rounding leaves it.
-                            let inwards = INWARDS * (to_t - from_t);
                             var g = array(g_near, g_far);
                             for (var i = 0u; i < 2u; i++) {
                                 if select(u_near, u_far, i == 1u) == NOTHING {
-                                    let end_t = select(from_t + inwards, to_t - inwards, i == 1u);
+                                    let end_t = select(from_t, to_t, i == 1u);
                                     g[i] = slabs.table.y * growth_of_light(origin + direction * end_t);
                                 }
                             }

@@ -43,6 +43,8 @@ pub(super) struct AlongSolids<'a, S: Simd> {
     /// In the slab behind each face, the nearest and the farthest place where the ray passes the cells' border, and the
     /// values there.
     borders: [[Lanes<S>; 4]; FACES],
+    /// The growths there, where the light asks for them.
+    border_growths: Option<Box<[[Vec3<S>; 2]; FACES]>>,
 }
 
 impl<'a, S: Simd> AlongSolids<'a, S> {
@@ -66,6 +68,9 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             of,
             growths: of.are_asked_for().then(|| Box::new([Vec3::splat(simd, [0.0; 3]); FACES])),
             borders: [[all(simd, 0.0); 4]; FACES],
+            border_growths: of
+                .are_asked_for()
+                .then(|| Box::new([[Vec3::splat(simd, [0.0; 3]); 2]; FACES])),
         }
     }
 
@@ -89,6 +94,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             value: self.values[i],
             growth: self.growths.as_ref().map(|growths| growths[i]),
             border: self.borders[i],
+            border_growths: self.border_growths.as_ref().map(|growths| growths[i]),
         };
         let is_elsewhere = self.window.is_elsewhere(simd, packet, k, t);
         if any(is_elsewhere) {
@@ -374,9 +380,18 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let value = v.mul_add(along_v, u.mul_add(all(simd, value_u), all(simd, value)));
         let slab = (t * (1.0 / self.window.step)).floor() - self.window.first() as f32;
         let Some(slabs) = self.faces_within(simd, is_met, [slab; 2]) else { return };
+        let growth = match &self.border_growths {
+            Some(_) => self.cells.growth_on(simd, self.of, entry.number, [u, v]),
+            None => Vec3::splat(simd, [0.0; 3]),
+        };
         for i in slabs {
             let here = is_met & slab.simd_eq(all(simd, i as f32));
-            widen_border(&mut self.borders[i], here, (t, value));
+            let moved = widen_border(&mut self.borders[i], here, (t, value));
+            if let Some(growths) = &mut self.border_growths {
+                for (end, moved) in growths[i].iter_mut().zip(moved) {
+                    *end = Vec3::choose(moved, growth, *end);
+                }
+            }
         }
     }
 }

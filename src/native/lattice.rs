@@ -499,7 +499,7 @@ impl Lattice {
         if method.is_own()
             && let Some(own) = &self.own
         {
-            return own.gradient(simd, place, false);
+            return own.gradient(simd, place);
         }
         if method == Method::Linear && self.is_quick {
             let (cell, [fx, fy, fz]) = self.cell(simd, place);

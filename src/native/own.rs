@@ -44,23 +44,26 @@ pub(super) struct Found<S: Simd> {
     /// Of cells and means, in the slab behind the face: the nearest and the farthest place where the ray passes their border,
     /// and the values there.
     pub border: [Lanes<S>; 4],
+    /// Of cells that are lit, the growths there.
+    pub border_growths: Option<[Vec3<S>; 2]>,
 }
 
 impl<S: Simd> Found<S> {
     /// A value, and nothing else.
     #[inline(always)]
     pub(super) fn of(simd: S, value: Lanes<S>) -> Self {
-        Self { value, growth: None, border: no_border(simd) }
+        Self { value, growth: None, border: no_border(simd), border_growths: None }
     }
 }
 
-/// Takes a border to a place that some rays pass, and the value there, where it lies beyond what is known.
+/// Takes a border to a place that some rays pass, and the value there, where it lies beyond what is known; of which rays its
+/// nearest and its farthest place were moved.
 #[inline(always)]
 pub(super) fn widen_border<S: Simd>(
     border: &mut [Lanes<S>; 4],
     here: Mask<S>,
     (t, value): (Lanes<S>, Lanes<S>),
-) {
+) -> [Mask<S>; 2] {
     let [nearest, farthest, near_value, far_value] = *border;
     let is_nearer = here & t.simd_lt(nearest);
     let is_farther = here & t.simd_gt(farthest);
@@ -70,6 +73,7 @@ pub(super) fn widen_border<S: Simd>(
         choose(is_nearer, value, near_value),
         choose(is_farther, value, far_value),
     ];
+    [is_nearer, is_farther]
 }
 
 /// The border of what has none.
@@ -147,12 +151,12 @@ impl Own {
         }
     }
 
-    /// The values' growth per index at places, or what light that falls on borders takes for it.
+    /// The values' growth per index at places.
     #[inline(always)]
-    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>, for_light: bool) -> Vec3<S> {
+    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
         match self {
             Self::Functions(functions) => functions.gradient(simd, place),
-            Self::Cells(cells) => cells.gradient(simd, place, for_light),
+            Self::Cells(cells) => cells.gradient(simd, place),
         }
     }
 

@@ -83,6 +83,7 @@ pub(super) struct Outer {
     pub values: [f32; 4],
     pub is_triangle: bool,
     corners: [u32; 4],
+    solid: u32,
 }
 
 /// The cells of a field, over a lattice.
@@ -117,8 +118,9 @@ pub(super) struct Lit {
 struct LitFace {
     /// Factors of 1, r, s and t of the height above it.
     height: [f32; 4],
-    /// Numbers of normals of the solid's corners.
+    /// Numbers of normals of the solid's corners, and of the face's own.
     corners: [u32; 8],
+    own: [u32; 4],
 }
 
 /// Which growth is asked for.
@@ -203,6 +205,7 @@ impl Solids {
                 values: values.map(narrow),
                 is_triangle,
                 corners: face.corners,
+                solid: face.solid,
             });
         }
         let (growths, lit) = (OnceLock::new(), OnceLock::new());
@@ -297,12 +300,19 @@ impl Solids {
             let [x, y, z] = (index * normal.growth).as_vec3().to_array();
             [x, y, z, f32::from(u8::from(normal.is_on_border))]
         };
-        let solids = self.field.cells().solids().iter().enumerate();
-        let faces = solids.flat_map(|(i, solid)| {
-            let height = |face: &cells::LitFace| solid.kind().heights()[usize::from(face.number)];
-            of.faces_of(i)
-                .iter()
-                .map(move |face| LitFace { height: height(face), corners: face.corners })
+        let solids = self.field.cells().solids();
+        // In the order of the outer faces, which are by their solids, too.
+        let faces = of.faces().iter().zip(&self.outer).map(|(face, outer)| {
+            let solid = &solids[outer.solid as usize];
+            let normal = |point: u32| {
+                let at = solid.corners().iter().position(|corner| *corner == point);
+                face.corners[at.unwrap_or_default()]
+            };
+            LitFace {
+                height: solid.kind().heights()[usize::from(face.number)],
+                corners: face.corners,
+                own: outer.corners.map(normal),
+            }
         });
         Lit {
             normals: of.normals().par_iter().map(normal).collect(),
@@ -496,27 +506,11 @@ impl Solids {
         )
     }
 
-    /// The values' growth per index at places, or what light takes for it; 0 outside all cells. Not inlined, as
-    /// [`Self::here`].
-    #[inline(never)]
-    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>, for_light: bool) -> Vec3<S> {
-        let growths = self.growths(for_light);
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let mut found = Vec3::splat(simd, [0.0; 3]);
-                self.each(
-                    simd,
-                    (place, Mask::splat(simd, true)),
-                    #[inline(always)]
-                    |solid, within, unit| {
-                        let growth = self.growth_in(simd, growths, solid, unit);
-                        found = Vec3::choose(within, growth, found);
-                    },
-                );
-                found
-            },
-        )
+    /// The values' growth per index at places; 0 outside all cells.
+    #[inline(always)]
+    pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
+        let here = self.here(simd, (place, Mask::splat(simd, true)), self.growths(false));
+        here.growth.unwrap_or_else(|| Vec3::splat(simd, [0.0; 3]))
     }
 
     /// Growth at places of a solid; 0 where none is asked for.
@@ -549,6 +543,40 @@ impl Solids {
                 }
             }
         }
+    }
+}
+
+impl Solids {
+    /// Growth at a place (u, v) of an outer face.
+    #[inline(always)]
+    pub(super) fn growth_on<S: Simd>(
+        &self,
+        simd: S,
+        growths: Growths<'_>,
+        outer: u32,
+        [u, v]: [Lanes<S>; 2],
+    ) -> Vec3<S> {
+        let own = &self.outer[outer as usize];
+        let one = all(simd, 1.0);
+        let zero = all(simd, 0.0);
+        let (u, v) = (u.max(zero).min(one), v.max(zero).min(one));
+        let weights = match own.is_triangle {
+            true => [one - u - v, u, v, zero],
+            false => [(one - u) * (one - v), u * (one - v), u * v, (one - u) * v],
+        };
+        let mut sum = Vec3::splat(simd, [0.0; 3]);
+        for (i, weight) in weights.into_iter().enumerate() {
+            let growth = match growths {
+                Growths::None => return sum,
+                Growths::Own(growths) => growths[own.corners[i] as usize],
+                Growths::ForLight(lit) => {
+                    let [x, y, z, _] = lit.normals[lit.faces[outer as usize].own[i] as usize];
+                    [x, y, z]
+                }
+            };
+            sum = sum.at(Vec3::splat(simd, growth), weight);
+        }
+        sum
     }
 }
 

@@ -130,7 +130,8 @@ impl<'a, S: Simd> Sums<'a, S> {
         }
         let (k, ..) = which;
         let i = self.window.index(k);
-        let mut found = Found { value: self.values[i], growth: None, border: self.borders[i] };
+        let (value, border) = (self.values[i], self.borders[i]);
+        let mut found = Found { value, growth: None, border, border_growths: None };
         if self.window.asked == Asked::Means {
             return found;
         }

@@ -11,6 +11,7 @@ use super::lanes::{Lanes, Mask, Vec3, all};
 use super::lattice::Lattice;
 use super::masks::Masks;
 use super::nodes::Nodes;
+use super::own::Own;
 use super::polygons::Polygons;
 use super::rays::{Rays, TILE};
 use super::table::Table;
@@ -309,7 +310,7 @@ fn light_has_the_border_of_cells_as_float64_has_it() {
     let volume = volume_of_cells([16, 21, 18], On::Points, DVec3::splat(0.7));
     let field = volume.cells.as_ref().expect("it has some");
     let lattice = lattice(&volume, Kernel::Cells);
-    let own = lattice.own.as_ref().expect("cells");
+    let Some(Own::Cells(own)) = &lattice.own else { panic!("cells") };
     let lit = field.shading_normals(&Ticket::new()).expect("not cancelled");
     let strength = lit.normals().iter().map(|normal| normal.growth.length()).fold(0.0, f64::max);
     let (mut several, mut worst, mut count) = (0, 0.0_f64, 0);
@@ -326,7 +327,8 @@ fn light_has_the_border_of_cells_as_float64_has_it() {
         let expected = volume.lattice.axes().transpose() * lit.growth(at, unit);
         let found = dispatch!(Level::new(), simd => {
             let [x, y, z] = place.as_vec3().to_array();
-            own.gradient(simd, Vec3::splat(simd, [x, y, z]), true).lane(3)
+            let of = (Vec3::splat(simd, [x, y, z]), Mask::splat(simd, true));
+            own.here(simd, of, own.growths(true)).growth.expect("asked for").lane(3)
         });
         let off = (DVec3::from(found.map(f64::from)) - expected).length();
         // Where two cells meet, where two outer faces are as near, and where the border is turned across what grows, single

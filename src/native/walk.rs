@@ -20,8 +20,6 @@ use super::surfaces::{Ahead, Surfaces};
 use super::table::{Halves, Table};
 use crate::plan::EMPTY;
 
-/// What is left of a slab that ends at the border of cells grows as so far within it, of its length.
-const INWARDS: f32 = 1.0 / 64.0;
 /// Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 /// lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
@@ -266,6 +264,7 @@ impl Scene<'_> {
             level: EMPTY,
             is_there: Mask::splat(simd, false),
             border: [all(simd, 0.0); 4],
+            border_growths: None,
         };
         let (mut before, mut near, mut far) = (nothing, nothing, nothing);
         let is_shaded =
@@ -297,7 +296,7 @@ impl Scene<'_> {
                         };
                         let u = table.cell(simd, stored);
                         let is_there = packet.is_there;
-                        Face { t, u, growth: None, level, is_there, border: nothing.border }
+                        Face { t, u, level, is_there, ..nothing }
                     }
                 }
             } else {
@@ -318,6 +317,7 @@ impl Scene<'_> {
                     level: 0,
                     is_there: !Lattice::is_nothing(simd, method, found.value),
                     border: found.border,
+                    border_growths: found.border_growths,
                 }
             };
             if W::CUT || have >= 3 {
@@ -325,7 +325,7 @@ impl Scene<'_> {
                 let are_there = near.is_there & far.is_there;
                 if method.is_own() {
                     // Nearer to the eye, whatever comes first.
-                    let of = (*lattice, *table, packet, (method, self.light.filter(|_| is_shaded)));
+                    let of = (*lattice, *table, packet, (method, is_shaded));
                     match back {
                         true => trim(simd, of, [&mut far, &mut near]),
                         false => trim(simd, of, [&mut near, &mut far]),
@@ -619,9 +619,6 @@ pub(super) fn write_block<S: Simd>(block: u32, sum: Look<S>, share: f32, out: &m
     }
 }
 
-/// What the faces of slabs are trimmed by: a field, its table, rays, a method, and what shades by the gradient.
-type Trims<'a, S> = (&'a Lattice, &'a Table, &'a Packet<S>, (Method, Option<&'a Light>));
-
 /// What a face of a slab is known to have.
 #[derive(Clone, Copy)]
 struct Face<S: Simd> {
@@ -633,8 +630,9 @@ struct Face<S: Simd> {
     /// Of the field that it was found in.
     level: u8,
     is_there: Mask<S>,
-    /// See [`Found::border`].
+    /// See [`Found`].
     border: [Lanes<S>; 4],
+    border_growths: Option<[Vec3<S>; 2]>,
 }
 
 /// Takes the faces of a slab that lie outside all cells, or beside all points, to where it enters and leaves these: the one nearer to the eye comes
@@ -642,7 +640,7 @@ struct Face<S: Simd> {
 #[inline(always)]
 fn trim<S: Simd>(
     simd: S,
-    (lattice, table, packet, (method, shader)): Trims<'_, S>,
+    (lattice, table, packet, (method, is_shaded)): (&Lattice, &Table, &Packet<S>, (Method, bool)),
     [near, far]: [&mut Face<S>; 2],
 ) {
     let (begins, ends) = (!near.is_there, !far.is_there);
@@ -652,41 +650,30 @@ fn trim<S: Simd>(
     let [nearest, farthest, near_value, far_value] = near.border;
     let is_within = nearest.simd_ge(near.t) & farthest.simd_le(far.t) & nearest.simd_le(farthest);
     let (begins, ends) = (begins & is_within, ends & is_within);
-    let (is_near, is_far) = (any(begins), any(ends));
-    if let Some(shader) = shader {
-        for face in [&mut *near, &mut *far] {
-            face.growth(simd, (lattice, method, &None), packet);
-        }
-        if let (Some(own), Some(of_near), Some(of_far)) =
-            (&lattice.own, &mut near.growth, &mut far.growth)
-        {
-            let is_thin = begins & ends;
-            if method == Method::Cells {
-                // From within, where no rounding leaves it.
-                let length = choose(ends, farthest, far.t) - choose(begins, nearest, near.t);
-                let places = [
-                    (is_near, begins, nearest + length * INWARDS, &mut *of_near),
-                    (is_far, ends, farthest - length * INWARDS, &mut *of_far),
-                ];
-                for (is_any, is_moved, t, growth) in places {
-                    if is_any {
-                        let here = own.gradient(simd, packet.at(t), shader.is_of_borders);
-                        *growth = Vec3::choose(is_moved, here, *growth);
-                    }
-                }
-            } else {
+    let known = near.border_growths;
+    if is_shaded {
+        let of = (lattice, method, &None);
+        let growths = [near.growth(simd, of, packet), far.growth(simd, of, packet)];
+        let [of_near, of_far] = match known {
+            Some([first, last]) => {
+                [Vec3::choose(begins, first, growths[0]), Vec3::choose(ends, last, growths[1])]
+            }
+            None => {
                 // What is there grows as the other face does; between two that are not there, as in the middle.
-                let (near, far) = (*of_near, *of_far);
-                *of_near = Vec3::choose(begins, far, near);
-                *of_far = Vec3::choose(ends, near, far);
+                let is_thin = begins & ends;
+                let mut found = [
+                    Vec3::choose(begins, growths[1], growths[0]),
+                    Vec3::choose(ends, growths[0], growths[1]),
+                ];
                 if any(is_thin) {
                     let middle = packet.at((nearest + farthest) * 0.5);
-                    let middle = own.gradient(simd, middle, false);
-                    *of_near = Vec3::choose(is_thin, middle, *of_near);
-                    *of_far = Vec3::choose(is_thin, middle, *of_far);
+                    let middle = lattice.gradient(simd, method, middle);
+                    found = found.map(|growth| Vec3::choose(is_thin, middle, growth));
                 }
+                found
             }
-        }
+        };
+        (near.growth, far.growth) = (Some(of_near), Some(of_far));
     }
     for (face, is_moved, t, value) in
         [(near, begins, nearest, near_value), (far, ends, farthest, far_value)]

@@ -280,7 +280,7 @@ pub(super) fn classified(
             let mean = classes.mean(from + bend / 4.0, to + bend / 4.0);
             // By the mean of the slab's faces that have a value; where neither has, by its middle.
             if field.cells.is_some() {
-                // By the ends of what is left of it, from within, where no rounding leaves it.
+                // By the ends of what is left of it.
                 let inwards = INWARDS * (high - low);
                 let low = known[0].unwrap_or(low + inwards);
                 let high = known[1].unwrap_or(high - inwards);
@@ -305,8 +305,9 @@ pub(super) fn classified(
     pieces
 }
 
-/// What is left of a slab that ends at the border of cells grows as so far within it, of its length.
-const INWARDS: f64 = 1.0 / 64.0;
+/// What is left of a slab that ends at the border of cells grows as so far within it, of its length: nothing that is seen, and
+/// far enough for rounding.
+const INWARDS: f64 = 1e-6;
 
 /// A place of a ray, and the value there.
 type Border = (f64, f64);
