@@ -38,6 +38,7 @@ fn meet_levels(
             var t = 0.0;
             var side = 0;
             var here: Face;
+            var in_cell = InCell(0u, vec3<f32>(0.0));
             var is_had = !may_jump;
             // One loop, so that a compiler holds the search for a cell once.
             for (var n = 0u; n < ROOT_STEPS + select(0u, HALVINGS, may_jump); n++) {
@@ -50,7 +51,6 @@ fn meet_levels(
                     t = select(t, 0.5 * (begin.x + end.x), n >= ROOT_STEPS);
                 }
                 let place = ray.origin + ray.direction * t;
-                var in_cell = InCell(0u, vec3<f32>(0.0));
                 if may_jump {
                     in_cell = cell_at(place);
                     here = face_in(in_cell);
@@ -85,7 +85,10 @@ fn meet_levels(
             let in_hole = has_holes && is_hole(ray.origin + ray.direction * t);
             if growth == OF_LIT_CELLS {
                 // A surface of values is turned as these grow, at the border, too.
-                here.gradient = slabs.table.y * growth_in(cell_at(ray.origin + ray.direction * t));
+                if !may_jump {
+                    in_cell = cell_at(ray.origin + ray.direction * t);
+                }
+                here.gradient = slabs.table.y * growth_in(in_cell);
             }
             let found = facing(here.gradient);
             let along = (shade.right.xyz * screen.x + shade.up.xyz * screen.y) * shade.up.w;

@@ -275,7 +275,7 @@ impl Window {
         });
         let action = section_ui(ui, sections, "Transfer function", |ui| {
             if document.surface.is_some() && !scene.shows_field() {
-                let text = "For its points as a volume, which Data can draw; what is seen has its colours under Polygons and labels";
+                let text = "The transfer function is for its points as a volume, which Data can draw; the colours of what is seen are under Polygons and labels";
                 inside::note_ui(ui, text);
                 return None;
             }

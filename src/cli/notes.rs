@@ -79,7 +79,7 @@ impl Causes {
                 // Where cells overlap, those that are not drawn may have some.
                 self.drawn_as.map_or("no voxel has".to_owned(), |what| format!("nothing that is drawn of the {what} has")),
                 match self.drawn_as {
-                    Some("cells") => ", and whether cells overlap, of which the first is drawn",
+                    Some("cells") => "; of cells that overlap, which it counts, only the first is drawn",
                     _ => "",
                 }
             ),
@@ -210,7 +210,8 @@ mod tests {
         let (none, some) = (on_cells.nothing_seen(0), on_cells.nothing_seen(208));
         assert!(
             none.contains("nothing that is drawn of the cells has opacity")
-                && none.ends_with("whether cells overlap, of which the first is drawn")
+                && none
+                    .ends_with("of cells that overlap, which it counts, only the first is drawn")
                 && some.contains("though the cells have"),
             "{some}"
         );

@@ -2,6 +2,7 @@
 //! way.
 
 mod beside;
+mod borders;
 mod jumps;
 mod within;
 

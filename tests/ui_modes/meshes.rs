@@ -137,7 +137,7 @@ fn polygons_open_as_a_surface_in_the_colours_of_the_field_that_is_chosen() {
     bench.settle();
     assert!(
         !scene(&bench).shows_field()
-            && bench.tells("For its points as a volume, which Data can draw")
+            && bench.tells("The transfer function is for its points as a volume")
     );
     assert!(!bench.shows("Graph"), "nothing is edited that nobody sees");
     // And by none.
