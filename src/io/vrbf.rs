@@ -273,6 +273,10 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
             "encode the source again",
         ));
     }
+    let told = [found.wanted, found.errors.max, found.errors.rms];
+    if let Some(error) = told.into_iter().find(|error| error.is_nan() || *error < 0.0) {
+        return Err(header("errors of 0 or more", error.to_string(), "encode the source again"));
+    }
     let lattice = Lattice {
         dims: found.dims,
         spacing: DVec3::from(found.spacing),

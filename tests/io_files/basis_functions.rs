@@ -110,7 +110,7 @@ fn damage_is_refused_in_one_sentence() {
     };
     let mut flipped = valid.clone();
     flipped[body + 3] ^= 1;
-    let cases: [(&str, Vec<u8>, &str); 10] = [
+    let cases: [(&str, Vec<u8>, &str); 11] = [
         ("cut short", valid[..valid.len() - 1].to_vec(), "40 bytes of functions"),
         ("too long", [&valid[..], b"x"].concat(), "found 41"),
         ("a flipped bit", flipped, "checksum"),
@@ -120,6 +120,7 @@ fn damage_is_refused_in_one_sentence() {
         ("no number", with("\"bias\":0.1", "\"bias\":null"), "JSON"),
         ("an epsilon of 0", with("\"epsilon\":0.001", "\"epsilon\":0.0"), "finite functions"),
         ("other samples", with("\"dims\":[4,3,2]", "\"dims\":[4,3,9]"), "as many samples"),
+        ("a negative error", with("\"wanted\":", "\"wanted\":-"), "errors of 0 or more"),
         ("no lattice", with("\"dims\":[4,3,2]", "\"dims\":[0,3,2]"), "expected"),
     ];
     for (name, bytes, words) in cases {
