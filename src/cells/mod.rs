@@ -33,6 +33,16 @@ pub struct CellsError {
     pub expected: String,
     /// In words.
     pub found: String,
+    /// What to try.
+    pub advice: &'static str,
+}
+
+impl CellsError {
+    /// Of what no writer means.
+    const COPY: &str = "the file was altered, or its writer is at fault: copy it again";
+    /// Of what is not read.
+    const SPLIT: &str =
+        "split such cells into tetrahedra first (ParaView's Tetrahedralize), or leave them out";
 }
 
 /// Cells as a file lists them.
@@ -107,6 +117,7 @@ impl Cells {
             return Err(CellsError {
                 expected: format!("corners for {} cells", types.len()),
                 found: format!("{} in {} lists", corners.len(), starts.len().saturating_sub(1)),
+                advice: CellsError::COPY,
             });
         }
         let count = points.len();
@@ -115,6 +126,7 @@ impl Cells {
             return Err(CellsError {
                 expected: format!("corners from 0 to {}", count as i64 - 1),
                 found: corner.to_string(),
+                advice: CellsError::COPY,
             });
         }
         let (own_points, own_cells) = (count, types.len());
@@ -127,6 +139,7 @@ impl Cells {
             let own = corners.get(begin..end).ok_or_else(|| CellsError {
                 expected: "offsets that rise from cell to cell".into(),
                 found: format!("{end} after {begin} for cell {cell}"),
+                advice: CellsError::COPY,
             })?;
             let none = Vec::new();
             let faces = faces.get(&cell).unwrap_or(&none);

@@ -86,6 +86,7 @@ impl<'a> Split<'a> {
                     "{expected} corners of cell {cell}, which is of VTK's type {kind}"
                 ),
                 found: corners.len().to_string(),
+                advice: CellsError::COPY,
             }),
         };
         match kind {
@@ -126,6 +127,7 @@ impl<'a> Split<'a> {
             _ => Err(CellsError {
                 expected: "cells of linear, quadratic or polyhedral types, or Lagrange's tetrahedra and hexahedra".into(),
                 found: format!("VTK's type {kind} at cell {cell}"),
+                advice: CellsError::SPLIT,
             }),
         }
     }
@@ -360,6 +362,7 @@ impl<'a> Split<'a> {
             _ => Err(CellsError {
                 expected: "Lagrange's tetrahedra of the first or second order".into(),
                 found: format!("order {order} at cell {cell}"),
+                advice: CellsError::SPLIT,
             }),
         }
     }
@@ -383,6 +386,7 @@ fn order_of(
             "as many points as an order up to 10 has, for cell {cell} of VTK's type {kind}"
         ),
         found: count.to_string(),
+        advice: CellsError::COPY,
     })
 }
 

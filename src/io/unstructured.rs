@@ -511,13 +511,15 @@ pub(super) fn grid(
             "write them in a smaller unit",
         ));
     }
+    // Those that are empty by themselves are told before ghosts are made so.
+    warnings.extend(told::empty_cells(&listing.types));
+    warnings.extend(leave_out_ghosts(&mut listing, &mut fields));
     let solids = solids_most(&listing);
     let needed = solids.saturating_mul(SOLID_BYTES).saturating_add(points as u64 * POINT_BYTES);
     memory::require("the cells of the file, split into simple ones", needed, free_bytes)?;
     // What lies on no cell is no field.
     fields.retain(|field| !field.samples.is_empty());
     told::tell_apart(&mut fields, warnings);
-    warnings.extend(told::empty_cells(&listing.types));
     warnings.extend(told::flat_cells(&listing.types));
     warnings.extend(told::straightened(&listing, &fields));
     let have_extent = listing.types.iter().any(|kind| has_extent(*kind));
@@ -549,6 +551,32 @@ pub(super) fn grid(
     }
     warnings.extend(told::thin(&cells));
     Ok(Grid::shaped([points, 1, 1], Shape::Unstructured(Arc::new(cells)), fields)?)
+}
+
+/// Empties the cells that VTK marks as ghosts: those that another piece has, too (1), and hidden ones (32). What marks them
+/// is no field.
+fn leave_out_ghosts(listing: &mut Listing, fields: &mut Vec<Field>) -> Option<String> {
+    const LEFT_OUT: i64 = 1 | 32;
+    let is_mark = |field: &Field| field.name == "vtkGhostType" && field.components == 1;
+    let of_cells = fields
+        .iter()
+        .find(|field| is_mark(field) && field.association == Association::Cell)
+        .map(|field| whole_numbers(&field.samples));
+    fields.retain(|field| !is_mark(field));
+    let mut count = 0;
+    for (kind, mark) in listing.types.iter_mut().zip(of_cells?) {
+        if mark & LEFT_OUT != 0 {
+            *kind = kind::EMPTY;
+            count += 1;
+        }
+    }
+    let verb = if count == 1 { "is a ghost" } else { "are ghosts" };
+    (count > 0).then(|| {
+        format!(
+            "{} {verb} of another piece, or hidden (vtkGhostType): left out",
+            counted(count, "cell")
+        )
+    })
 }
 
 /// The grid of a block of points. Where some of them lie nowhere its cells are listed, so that those there can be left out.
@@ -606,11 +634,7 @@ pub(super) fn add_block(listing: &mut Listing, dims: [usize; 3]) {
 }
 
 fn no_cells(error: CellsError) -> Problem {
-    header(
-        error.expected,
-        error.found,
-        "the file was altered, or its writer is at fault: copy it again",
-    )
+    header(error.expected, error.found, error.advice)
 }
 
 /// As many solids as the cells can become at most.

@@ -92,8 +92,11 @@ impl Landed {
         let mut starts = vec![0_usize; across * down + 1];
         starts[1..].par_chunks_mut((band * across).max(1)).enumerate().for_each(|(i, counts)| {
             let rows = rows(i);
-            for place in &places {
-                place.each(part, &rows, |row, column| counts[row * across + column] += 1);
+            // A list of all is long where cells lie on each other.
+            for some in places.chunks(A_PART).take_while(|_| !ticket.is_cancelled()) {
+                for place in some {
+                    place.each(part, &rows, |row, column| counts[row * across + column] += 1);
+                }
             }
         });
         look(ticket)?;
@@ -115,7 +118,7 @@ impl Landed {
             let first = rows.start as usize * across;
             let begin = starts[first];
             let mut next: Vec<usize> = starts[first..first + rows.len() * across].to_vec();
-            for place in &places {
+            for place in places.iter().take_while(|_| !ticket.is_cancelled()) {
                 place.each(part, &rows, |row, column| {
                     let at = &mut next[row * across + column];
                     let tile = [column as u32, rows.start + row as u32];

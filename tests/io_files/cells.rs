@@ -353,6 +353,34 @@ fn cells_that_are_said_to_be_nothing_are_counted() {
     assert!(said.contains("1 cell is empty"), "{said}");
 }
 
+/// As pieces of parallel grids have them: 1 is another piece's, 32 hidden, 2 has no meaning for cells.
+#[test]
+fn ghosts_are_left_out_and_counted_and_no_field() {
+    let with = |marks: &str| {
+        let count = marks.split_whitespace().count();
+        let cells = "4 0 1 2 3\n".repeat(count);
+        let kinds = "10 ".repeat(count);
+        let new = format!("CELLS {count} {}\n{cells}CELL_TYPES {count}\n{kinds}", 5 * count);
+        let text = TETRAHEDRON.replace("CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10", &new);
+        let mark = "SCALARS vtkGhostType unsigned_char 1\nLOOKUP_TABLE default";
+        made("a.vtk", format!("{text}\nCELL_DATA {count}\n{mark}\n{marks}\n"))
+    };
+    let found = with("0 1 32 2");
+    assert_eq!(cells_of(&found).solids().len(), 2);
+    let said = found.warnings.join("; ");
+    assert!(said.contains("2 cells are ghosts of another piece, or hidden"), "{said}");
+    assert!(!said.contains("empty"), "{said}");
+    assert!(found.grid.fields.iter().all(|field| field.name != "vtkGhostType"));
+    assert!(!with("0 0").warnings.join("; ").contains("ghost"));
+}
+
+#[test]
+fn types_that_are_not_read_are_not_the_files_fault() {
+    says("a.vtu", vtu(73, CORNERS, "0 1 2 3"), &["VTK's type 73 at cell 0", "Tetrahedralize"]);
+    let cut = TETRAHEDRON.replace("CELLS 1 5\n4 0 1 2 3", "CELLS 1 4\n3 0 1 2");
+    says("a.vtk", cut, &["4 corners of cell 0", "copy it again"]);
+}
+
 #[test]
 fn cells_thinner_than_a_pixel_are_told() {
     let said = |places: &str| made("a.vtu", vtu(10, places, "0 1 2 3")).warnings.join("; ");
