@@ -521,6 +521,8 @@ pub(super) fn grid(
     fields.retain(|field| !field.samples.is_empty());
     told::tell_apart(&mut fields, warnings);
     warnings.extend(told::flat_cells(&listing.types));
+    warnings.extend(told::thin_cells(&listing.types));
+    warnings.extend(told::open_polyhedra(&listing));
     warnings.extend(told::straightened(&listing, &fields));
     let have_extent = listing.types.iter().any(|kind| has_extent(*kind));
     if !have_extent {

@@ -13,6 +13,9 @@ use crate::core::Ticket;
 
 /// The most entries that the lists of a picture have: more take seconds for each picture.
 const MOST_ENTRIES: u64 = 1 << 26;
+/// Things before a pixel, at most, in the mean over a picture of some parts: its ray asks each of them, and would take seconds.
+const MOST_BEFORE_A_PIXEL: u64 = 1 << 16;
+const SOME_PARTS: u64 = 256;
 /// Things that are placed between two looks at the ticket.
 const A_PART: usize = 1 << 12;
 /// Lists are of blocks where these have so many times as many entries as tiles, at most: things are small, and rays would look
@@ -80,12 +83,17 @@ impl Landed {
             .map(|part| places.par_iter().map(|place| place.parts(part)).sum::<u64>());
         let is_of_blocks = on_blocks <= BLOCKS_OVER_TILES * on_tiles;
         let (part, count) = if is_of_blocks { (BLOCK, on_blocks) } else { ([TILE; 2], on_tiles) };
+        let across = rays.size[0].div_ceil(part[0]) as usize;
+        let down = rays.size[1].div_ceil(part[1]) as usize;
+        let before_a_pixel = count / (across * down).max(1) as u64;
+        if before_a_pixel > MOST_BEFORE_A_PIXEL && (across * down) as u64 >= SOME_PARTS {
+            let found = format!("{what} that lie on each other, {before_a_pixel} before a pixel");
+            return Err(Unsupported(found).into());
+        }
         if count > MOST_ENTRIES {
             let found = format!("{what} that land on more than {MOST_ENTRIES} tiles");
             return Err(Unsupported(found).into());
         }
-        let across = rays.size[0].div_ceil(part[0]) as usize;
-        let down = rays.size[1].div_ceil(part[1]) as usize;
         // Each thread has bands of rows to itself.
         let band = down.div_ceil(4 * rayon::current_num_threads()).max(1);
         let rows = |i: usize| (i * band) as u32..((i + 1) * band).min(down) as u32;

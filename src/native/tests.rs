@@ -7,6 +7,7 @@ use glam::{DMat3, DVec3};
 
 use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
+use super::landed::Landed;
 use super::lanes::{Lanes, Mask, Vec3, all};
 use super::lattice::Lattice;
 use super::masks::Masks;
@@ -629,6 +630,21 @@ fn a_cancelled_ticket_begins_no_picture_and_leaves_the_engine_well() {
     let node = super::Node { low: [0; 3], size: [1; 3], extinction: 1.0, colour: [1.0; 3] };
     let nodes = Nodes::new(&plan, &[node], &cancelled).err();
     assert_eq!(nodes, Some(super::NotBegun::Cancelled(Cancelled)));
+}
+
+/// A ray that asks a hundred thousand cells takes as long as a picture should. Pictures of few pixels have few lists.
+#[test]
+fn what_lies_on_each_other_by_the_thousands_is_refused_before_it_is_listed() {
+    let landed = |count: usize, size: [u32; 2]| {
+        let rays = Rays::new(&Plan::of(&scene(), size), [0.0; 3], &[]);
+        let everywhere = Some([DVec3::ZERO, DVec3::splat(1e6)]);
+        Landed::new((&vec![everywhere; count], "cells"), (&rays, None), &Ticket::new())
+    };
+    let refused = landed(70_000, [160, 120]).expect_err("too many");
+    assert_eq!(refused.to_string(), "cells that lie on each other, 70000 before a pixel");
+    assert!(landed(70_000, [24, 16]).is_ok());
+    let few = landed(60, [160, 120]).expect("few");
+    assert_eq!(few.on([159, 119]).len(), 60);
 }
 
 #[test]

@@ -52,7 +52,7 @@ fn mode_of_nodes(mode: &SplatSettings) -> SplatSettings {
 fn refusal(reason: Unsupported) -> DrawError {
     let sentence = format!(
         "expected a picture that the native engine draws, found {reason}; choose fewer --slabs-per-voxel, a smaller \
-         picture or another --kernel, or correct a spacing that is far less than the others"
+         picture or another --kernel, or correct a spacing that is far less than the others, or cells that are there twice"
     );
     GpuError::Unsupported(sentence).into()
 }

@@ -128,6 +128,10 @@ fn polyhedra_are_the_same_however_their_faces_are_written() {
     let found = made("a.vtk", &text);
     let told = describe(&found, &Ticket::new()).unwrap().cells.unwrap();
     assert!((told.total_volume - 1.0 / 6.0).abs() < 1e-12, "{told:?}");
+    assert!(!found.warnings.join("; ").contains("closed"), "{:?}", found.warnings);
+    let open = text.replace("CELLS 1 18\n17 4", "CELLS 1 14\n13 3").replace(" 3 0 3 2\n", "\n");
+    let said = made("a.vtk", open).warnings.join("; ");
+    assert!(said.contains("1 polyhedron is not closed"), "{said}");
     says("a.vtk", text.replace("3 0 3 2\n", "3 0 3 9\n"), &["points, 0 to 3", "found 9"]);
     says("a.vtk", text.replace("17 4 3", "17 5 3"), &["faces of polyhedron 0"]);
 }
@@ -351,6 +355,28 @@ fn cells_that_are_said_to_be_nothing_are_counted() {
     assert!(!said.contains("empty"), "{said}");
     let said = made("a.vtu", vtu(0, CORNERS, "0 1 2 3")).warnings.join("; ");
     assert!(said.contains("1 cell is empty"), "{said}");
+}
+
+#[test]
+fn lines_and_points_beside_cells_are_told() {
+    let said = |kinds: &[(&str, &str)]| {
+        let cells: Vec<&str> = kinds.iter().map(|(_, cell)| *cell).collect();
+        let size: usize = cells.iter().map(|cell| cell.split_whitespace().count()).sum();
+        let types: Vec<&str> = kinds.iter().map(|(kind, _)| *kind).collect();
+        let count = kinds.len();
+        let (cells, types) = (cells.join("\n"), types.join(" "));
+        let new = format!("CELLS {count} {size}\n{cells}\nCELL_TYPES {count}\n{types}");
+        let text = TETRAHEDRON.replace("CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10", &new);
+        made("a.vtk", text).warnings.join("; ")
+    };
+    let (solid, line, point) = (("10", "4 0 1 2 3"), ("3", "2 0 1"), ("1", "1 2"));
+    let beside = "beside cells with an area or a volume: left out";
+    assert!(
+        said(&[solid, line, line, point]).contains(&format!("2 lines and 1 single point {beside}"))
+    );
+    assert!(said(&[("5", "3 0 1 2"), line]).contains(&format!("1 line {beside}")));
+    assert!(said(&[solid, point, point]).contains(&format!("2 single points {beside}")));
+    assert!(!said(&[solid]).contains(beside) && !said(&[line, point]).contains(beside));
 }
 
 /// As pieces of parallel grids have them: 1 is another piece's, 32 hidden, 2 has no meaning for cells.

@@ -7,8 +7,8 @@ use super::*;
 
 const SIDES: [u32; 2] = [72, 60];
 
-/// Blocks of one value, opaque, so many along each axis between two corners of the lattice, under one light.
-fn block(blocks: [usize; 3], [low, high]: [DVec3; 2]) -> Scene {
+/// Blocks of one value, opaque within a hundredth of a sample, so many along each axis between two corners of the lattice, under one light.
+fn block(blocks: [usize; 3], [low, high]: [DVec3; 2], slabs_per_voxel: f64) -> Scene {
     let sides = blocks.map(|n| n + 1);
     let place = |i: usize| {
         let at = [i % sides[0], i / sides[0] % sides[1], i / (sides[0] * sides[1])];
@@ -22,7 +22,11 @@ fn block(blocks: [usize; 3], [low, high]: [DVec3; 2]) -> Scene {
         ScalarVolume::clone(&volume([10, 8, 8], |[x, ..]| if x < 5 { 4.0 } else { 6.0 }));
     made.cells = Some(Arc::new(CellField::new(cells, On::Points, vec![5.0; count])));
     let mut scene = scene_of(Arc::new(made), &[(4.0, 0.999), (6.0, 0.999)]);
-    scene.splat = SplatSettings::CELLS;
+    scene.splat = SplatSettings {
+        slabs_per_voxel,
+        opacity_unit_distance: Some(0.05),
+        ..SplatSettings::CELLS
+    };
     let light = Light {
         direction: DVec3::new(0.4, 0.3, 1.0),
         colour: Srgb8([255; 3]),
@@ -51,10 +55,12 @@ fn blocks_of_one_value_are_lit_as_their_faces_are_turned() {
     let engine = alone();
     let bulk = [DVec3::splat(1.0), DVec3::new(8.0, 6.0, 6.0)];
     let plate = [DVec3::new(1.0, 1.0, 3.0), DVec3::new(8.0, 6.0, 3.15)];
-    for (name, blocks, ends) in
-        [("bulk", [2, 2, 2], bulk), ("one", [1, 1, 1], bulk), ("plate", [3, 2, 1], plate)]
-    {
-        let scene = block(blocks, ends);
+    for (name, blocks, ends, slabs) in [
+        ("bulk", [2, 2, 2], bulk, 16.0),
+        ("one", [1, 1, 1], bulk, 16.0),
+        ("plate", [3, 2, 1], plate, 1.0),
+    ] {
+        let scene = block(blocks, ends, slabs);
         let plain = Scene { shading: Shading::default(), ..scene.clone() };
         let [lit, shining] = [&scene, &plain].map(|scene| drawn(&engine, scene, SIDES).light);
         let truth = Reference::new(&scene, SIDES.map(|n| n as usize)).unwrap().picture();

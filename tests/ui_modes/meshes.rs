@@ -38,6 +38,15 @@ fn a_mesh_opens_as_its_cells_which_the_data_panel_counts() {
     assert_eq!(scene(&bench).splat.kernel, Kernel::BSpline);
 }
 
+/// The lattice that stands for it has dimensions that the file knows nothing of.
+#[test]
+fn a_curvilinear_grid_is_told_by_its_own_points_and_cells() {
+    let bench = opened("bent.vts");
+    assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
+    assert!(bench.tells("5 × 4 × 3, curvilinear") && bench.tells("24") && bench.shows("Edges"));
+    assert!(bench.shows("Sampled") && !bench.shows("Dimensions") && !bench.shows("In the file"));
+}
+
 #[test]
 fn other_kernels_take_turns_with_cells_which_undo_brings_back() {
     let mut bench = opened("ring.vtu");

@@ -390,6 +390,22 @@ impl Library for NamedFiles {
                 let grid = Grid::shaped([729, 1, 1], shape, vec![heat]).expect("a grid");
                 Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
             }
+            // A block of 5 × 4 × 3 points that leans more the higher it is.
+            "bent.vts" => {
+                let place = |i: usize| {
+                    let [x, y, z] = [i % 5, i / 5 % 4, i / 20].map(|n| n as f64);
+                    glam::DVec3::new(x + 0.3 * z * z, y, z)
+                };
+                let shape = Shape::Curvilinear((0..60).map(place).collect());
+                let heat = Field {
+                    name: "heat".into(),
+                    components: 1,
+                    association: Association::Point,
+                    samples: Arc::new(Samples::Float32((0..60).map(|i| i as f32).collect())),
+                };
+                let grid = Grid::shaped([5, 4, 3], shape, vec![heat]).expect("a grid");
+                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+            }
             // A square of two triangles, with a number on each corner and one on each triangle.
             "sheet.vtp" => {
                 let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

@@ -59,10 +59,9 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
         ),
     ];
     let mut rows = vec![("Name", document.source.name(), "What was opened")];
-    match shape {
-        Shape::Unstructured(_) => rows.extend(mesh_rows(&document.grid)),
-        _ => rows.extend(lattice_rows),
-    }
+    let mesh = mesh_rows(&document.grid, volume);
+    let is_mesh = mesh.is_some();
+    rows.extend(mesh.unwrap_or_else(|| lattice_rows.into()));
     rows.extend([
         ("Type", volume.samples.scalar_type().name().to_owned(), "How each number is stored"),
         (
@@ -92,13 +91,13 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
         ),
     ]);
     match shape {
-        Shape::Affine => {}
-        Shape::Unstructured(_) => {
+        _ if is_mesh => {
             let samples = lattice.dims.map(|n| n.to_string()).join(" × ");
-            let help = "Evenly spaced samples of the mesh, which other kernels than Cells and Ellipsoids draw, and quick \
+            let help = "Evenly spaced samples of the cells, which other kernels than Cells and Ellipsoids draw, and quick \
                         pictures of very many cells";
             rows.push(("Sampled", samples, help));
         }
+        Shape::Affine => {}
         _ => {
             let points = document.grid.lattice.dims.map(|n| n.to_string()).join(" × ");
             let text = format!("{points} points, {}", shape.name());
@@ -187,12 +186,27 @@ pub fn points_ui(ui: &mut Ui, scene: &mut Scene) {
     });
 }
 
-/// What there is in the place of a lattice's samples.
-fn mesh_rows(grid: &Grid) -> Vec<(&'static str, String, &'static str)> {
-    let Shape::Unstructured(cells) = &grid.shape else { return Vec::new() };
+/// What there is in the place of a lattice's samples, where a mesh, points, or the cells of a grid that is not evenly spaced are
+/// drawn as they are.
+fn mesh_rows(
+    grid: &Grid,
+    volume: &ScalarVolume,
+) -> Option<Vec<(&'static str, String, &'static str)>> {
+    let cells = match &grid.shape {
+        Shape::Unstructured(cells) => cells,
+        _ => volume.cells.as_ref()?.cells(),
+    };
     let [points, own] = [cells.own_points(), cells.own_cells()].map(|n| words::count(n as u64));
     let [low, high] = cells.bounds();
-    let mut rows = vec![("Points", points, "How many the file has")];
+    let points = match &grid.shape {
+        Shape::Unstructured(_) => ("Points", points, "How many the file has"),
+        shape => {
+            let along = grid.lattice.dims.map(|n| n.to_string()).join(" × ");
+            let help = "Those of the file's grid along its three directions, and how it is spaced";
+            ("Points", format!("{along}, {}", shape.name()), help)
+        }
+    };
+    let mut rows = vec![points];
     if !grid.are_points_alone() {
         rows.push(("Cells", own, "How many the file has, those without volume among them"));
     }
@@ -202,7 +216,7 @@ fn mesh_rows(grid: &Grid) -> Vec<(&'static str, String, &'static str)> {
         let help = "The median length of the cells' edges, over which opacities are given";
         rows.push(("Edges", words::value(cells.median_edge()), help));
     }
-    rows
+    Some(rows)
 }
 
 fn series_ui(ui: &mut Ui, series: &[Series]) -> Option<usize> {

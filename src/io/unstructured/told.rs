@@ -59,6 +59,41 @@ pub(super) fn flat_cells(types: &[u8]) -> Option<String> {
     }
 }
 
+/// What becomes of lines and points beside cells that have an area or a volume.
+pub(super) fn thin_cells(types: &[u8]) -> Option<String> {
+    let count = |is: fn(u8) -> bool| types.iter().filter(|kind| is(**kind)).count();
+    let lines = count(|kind| matches!(kind, 3 | 4 | 21 | 35 | 68 | 75));
+    let points = count(|kind| matches!(kind, 1 | 2));
+    let left_out = match (lines, points) {
+        (0, 0) => return None,
+        (lines, 0) => counted(lines, "line"),
+        (0, points) => counted(points, "single point"),
+        (lines, points) => {
+            format!("{} and {}", counted(lines, "line"), counted(points, "single point"))
+        }
+    };
+    let has_more = types.iter().any(|kind| has_volume(*kind) || is_flat(*kind));
+    has_more.then(|| format!("{left_out} beside cells with an area or a volume: left out"))
+}
+
+/// How many polyhedra have an edge of one face alone.
+pub(super) fn open_polyhedra(listing: &Listing) -> Option<String> {
+    let is_open = |faces: &Vec<Vec<u32>>| {
+        let mut edges: Vec<[u32; 2]> = Vec::new();
+        for face in faces {
+            let next = face.iter().cycle().skip(1);
+            edges.extend(face.iter().zip(next).map(|(a, b)| [*a.min(b), *a.max(b)]));
+        }
+        edges.sort_unstable();
+        edges.chunk_by(|a, b| a == b).any(|own| own.len() == 1)
+    };
+    let open = listing.faces.values().filter(|faces| is_open(faces)).count();
+    let polyhedra = if open == 1 { "1 polyhedron is" } else { &format!("{open} polyhedra are") };
+    (open > 0).then(|| {
+        format!("{polyhedra} not closed: drawn is what lies between the faces and their middle")
+    })
+}
+
 /// What becomes of cells that are said to be nothing.
 pub(super) fn empty_cells(types: &[u8]) -> Option<String> {
     let empty = types.iter().filter(|kind| **kind == kind::EMPTY).count();
