@@ -118,8 +118,8 @@ impl CellField {
         own.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)])
     }
 
-    /// Of a number's range in a solid, how much one found there may be off a level that the field still has: see
-    /// [`Self::slack`].
+    /// How far a number found in a solid may lie from a level and still count as it, as a share of the numbers' range in
+    /// that solid: see [`Self::slack`].
     pub const LEVEL_SLACK: f64 = 1.0 / 16.0;
 
     /// How far a number at a place of a solid may be off a level that is passed there, for the field to have that level

@@ -38,9 +38,9 @@ pub struct CellsError {
 }
 
 impl CellsError {
-    /// Of what no writer means.
+    /// Advice where the lists of a file contradict one another.
     const COPY: &str = "the file was altered, or its writer is at fault: copy it again";
-    /// Of what is not read.
+    /// Advice where a type of cell is valid, but not read here.
     const SPLIT: &str =
         "split such cells into tetrahedra first (ParaView's Tetrahedralize), or leave them out";
 }

@@ -278,15 +278,14 @@ pub(super) fn classified(
         // Each half along the straight line that has the parabola's mean.
         let half_slab = |from, to| {
             let mean = classes.mean(from + bend / 4.0, to + bend / 4.0);
-            // By the mean of the slab's faces that have a value; where neither has, by its middle.
-            if field.cells.is_some() {
-                // By the ends of what is left of it.
-                let inwards = INWARDS * (high - low);
-                let low = known[0].unwrap_or(low + inwards);
-                let high = known[1].unwrap_or(high - inwards);
-                return ray.shaded_by(mean, t, value, &[low, high]);
-            }
+            let inwards = INWARDS * (high - low);
             match known {
+                // Cells: by the two ends of what is left of the slab.
+                [near, far] if field.cells.is_some() => {
+                    let ends = [near.unwrap_or(low + inwards), far.unwrap_or(high - inwards)];
+                    ray.shaded_by(mean, t, value, &ends)
+                }
+                // Others: by the faces that have a value; where neither has, by the middle.
                 [Some(low), Some(high)] => ray.shaded_by(mean, t, value, &[low, high]),
                 [Some(face), None] | [None, Some(face)] => ray.shaded_by(mean, t, value, &[face]),
                 [None, None] => ray.shaded_by(mean, t, value, &[t]),
@@ -305,8 +304,8 @@ pub(super) fn classified(
     pieces
 }
 
-/// What is left of a slab that ends at the border of cells grows as so far within it, of its length: nothing that is seen, and
-/// far enough for rounding.
+/// Where a slab ends at the border of cells, the gradient is taken this share of its length inside them, so that rounding
+/// leaves the place within a cell.
 const INWARDS: f64 = 1e-6;
 
 /// A place of a ray, and the value there.

@@ -64,14 +64,14 @@ impl RayShader<'_> {
         places: &[f64],
     ) -> Density {
         let Some(shader) = self.shader.filter(|_| density[0] > 0.0) else { return density };
-        let of_borders = shader.shading.lights_borders();
-        let growth = |place: DVec3| match &self.field.cells {
-            Some(cells) if of_borders => cells.growth_for_light(place),
-            _ => gradient(self.field, place),
+        let lit_cells = self.field.cells.as_ref().filter(|_| shader.shading.lights_borders());
+        let growth = |place: DVec3| match lit_cells {
+            Some(cells) => cells.growth_for_light(place),
+            None => gradient(self.field, place),
         };
         let sum = places.iter().map(|&t| growth(self.index.at(t))).fold(DVec3::ZERO, |sum, own| {
             // A surface and its back are lit alike: at a border they do not cancel out.
-            let is_turned = of_borders && self.field.cells.is_some() && sum.dot(own) < 0.0;
+            let is_turned = lit_cells.is_some() && sum.dot(own) < 0.0;
             if is_turned { sum - own } else { sum + own }
         });
         let seen = Seen {
