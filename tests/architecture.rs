@@ -535,6 +535,41 @@ fn circles_of_imports_are_found() {
     assert_eq!(of(&[a, ("gpu/b.rs", "use crate::core::a; use super::GpuError;")]), [""; 0]);
 }
 
+/// Most loops of the native engine that are compiled for each instruction set: each takes its time to compile, and its bytes.
+const MOST_LOOPS: usize = 24;
+
+/// How many loops a source has compiled, or that they are too many.
+fn compiled_loops(source: &str) -> Result<usize, String> {
+    let count = source.lines().filter(|line| line.starts_with("compiled!(")).count();
+    if count > MOST_LOOPS {
+        return Err(format!("{count} loops are compiled, and {MOST_LOOPS} may be"));
+    }
+    Ok(count)
+}
+
+#[test]
+fn the_native_engine_has_few_loops_compiled_and_in_one_file() {
+    let mut found = 0;
+    for (file, source) in all_sources() {
+        let here = compiled_loops(&source).unwrap_or_else(|error| panic!("src/{file}: {error}"));
+        assert!(here == 0 || file == "native/loops.rs", "src/{file} has {here} loops of its own");
+        found += here;
+    }
+    // Where they are written otherwise, none are counted.
+    assert!(found > 10, "{found}");
+}
+
+#[test]
+fn a_loop_too_many_is_found_and_words_about_loops_are_none() {
+    let of = |count: usize| {
+        let one = "compiled!(wide a(scene: &Scene<'_>) => |simd, tile, out| {\n    draw()\n});\n";
+        let about = "// compiled!(in a comment)\n        compiled!(@module in its own macro)\n";
+        compiled_loops(&(about.to_owned() + &one.repeat(count)))
+    };
+    assert_eq!((of(0), of(MOST_LOOPS)), (Ok(0), Ok(MOST_LOOPS)));
+    assert!(of(25).is_err_and(|error| error.starts_with("25 loops")));
+}
+
 #[test]
 fn every_room_says_what_it_owns_and_what_it_refuses() {
     for (file, source) in all_sources() {

@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 
 use voxsplat::task::engines::EngineKind;
 
-use crate::drawing::{Drawn, Picture, table};
+use crate::drawing::{Drawn, ENGINES, Picture, table};
 
 /// Where the bits are to be written.
 const FILE: &str = "VOXSPLAT_TABLE_BITS";
@@ -25,23 +25,31 @@ fn bits(outcome: &Result<Picture, String>) -> String {
     }
 }
 
-/// One line a row, for `scripts/compare-bits.sh`.
+/// One line a row, for `scripts/compare-bits.sh`: of the GPU engine.
 #[test]
 fn bits_are_written_where_they_are_asked_for() {
     let Some(path) = std::env::var_os(FILE) else { return };
-    let Some(table) = table() else { return };
-    let line = |Drawn { row, outcome, .. }: &Drawn| format!("{}: {}\n", row.name(), bits(outcome));
-    let lines: String = table.rows.iter().map(line).collect();
-    std::fs::write(path, format!("# {}\n{lines}", table.adapter)).expect("a file to write to");
+    let table = table();
+    let Some(adapter) = &table.adapter else { return };
+    let line = |drawn: &Drawn| {
+        let outcome = drawn.by(EngineKind::Gpu)?;
+        Some(format!("{}: {}\n", drawn.row.name(), bits(outcome)))
+    };
+    let lines: String = table.rows.iter().filter_map(line).collect();
+    std::fs::write(path, format!("# {adapter}\n{lines}")).expect("a file to write to");
 }
 
 #[test]
 fn bits_do_not_depend_on_what_was_drawn_before() {
-    let Some(table) = table() else { return };
-    let again = table.rows.iter().rev().filter_map(|Drawn { row, scene, outcome, .. }| {
-        let [first, again] = [bits(outcome), bits(&table.draw(EngineKind::Gpu, row, scene))];
-        (first != again).then(|| format!("{}: {first}, then {again}", row.name()))
-    });
-    let changed: Vec<String> = again.collect();
-    assert!(changed.is_empty(), "{}", changed.join("\n"));
+    let table = table();
+    for engine in ENGINES {
+        // The other way round.
+        let again = table.rows.iter().rev().filter_map(|drawn| {
+            let (row, first) = (&drawn.row, bits(drawn.by(engine)?));
+            let again = bits(&table.draw(engine, row, &drawn.scene)?);
+            (first != again).then(|| format!("{}: {first}, then {again}", row.name()))
+        });
+        let changed: Vec<String> = again.collect();
+        assert!(changed.is_empty(), "by {}:\n{}", engine.name(), changed.join("\n"));
+    }
 }

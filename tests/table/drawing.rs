@@ -1,4 +1,4 @@
-//! Every row drawn once, one after the other, on one device; and by the native engine, where that draws it.
+//! Every row drawn once, one after the other, by the native engine where that draws it, and on one device where there is one.
 
 use std::sync::{LazyLock, Mutex, PoisonError};
 
@@ -10,7 +10,7 @@ use voxsplat::scene::Scene;
 use voxsplat::task::draw::{DrawError, Drawer};
 use voxsplat::task::engines::{Canvas as _, EngineChoice, EngineKind, Engines};
 
-use crate::rows::{Row, rows};
+use crate::rows::{Judged, Row, rows};
 use crate::scenes;
 
 /// What was drawn.
@@ -24,67 +24,101 @@ pub(crate) struct Picture {
     pub(crate) cut: Option<Cut>,
 }
 
-/// A row, and what became of it: a picture, or why there is none.
+/// Both engines, in the order in which they are judged.
+pub(crate) const ENGINES: [EngineKind; 2] = [EngineKind::Gpu, EngineKind::Native];
+
+/// A row, and what became of it by each engine: a picture, or why there is none.
 pub(crate) struct Drawn {
     pub(crate) row: Row,
     pub(crate) scene: Scene,
-    pub(crate) outcome: Result<Picture, String>,
-    /// The same by the native engine, of rows that it supports.
-    pub(crate) native: Option<Result<Picture, String>>,
+    /// `None` where there is no adapter.
+    gpu: Option<Result<Picture, String>>,
+    /// `None` of rows that it does not draw.
+    native: Option<Result<Picture, String>>,
 }
 
-/// All of the table on one device.
+impl Drawn {
+    /// By an engine, where that was to draw it.
+    pub(crate) fn by(&self, engine: EngineKind) -> Option<&Result<Picture, String>> {
+        match engine {
+            EngineKind::Gpu => self.gpu.as_ref(),
+            EngineKind::Native => self.native.as_ref(),
+        }
+    }
+}
+
+/// All of the table.
 pub(crate) struct Table {
-    pub(crate) adapter: String,
+    /// The adapter, if there is one.
+    pub(crate) adapter: Option<String>,
     pub(crate) rows: Vec<Drawn>,
-    drawers: Mutex<[Drawer; 2]>,
+    drawers: Mutex<Drawers>,
+}
+
+struct Drawers {
+    native: Drawer,
+    gpu: Option<Drawer>,
 }
 
 impl Table {
-    /// Draws a row once more.
+    /// Draws a row once more; `None` where there is no such engine.
     pub(crate) fn draw(
         &self,
         engine: EngineKind,
         row: &Row,
         scene: &Scene,
-    ) -> Result<Picture, String> {
+    ) -> Option<Result<Picture, String>> {
         let mut drawers = self.drawers.lock().unwrap_or_else(PoisonError::into_inner);
-        draw(&mut drawers[engine as usize], row, scene)
+        match engine {
+            EngineKind::Gpu => Some(draw(drawers.gpu.as_mut()?, row, scene)),
+            EngineKind::Native => Some(draw(&mut drawers.native, row, scene)),
+        }
     }
 }
 
 /// The native engine, and no adapter.
-pub(crate) fn native() -> Drawer {
+fn native() -> Drawer {
     let engines = Engines::new(EngineChoice::Native.into(), Wishes::default());
     Drawer::with(engines.expect("a processor"))
 }
 
 /// Whether the native engine draws a row by itself.
-pub(crate) fn is_native(drawer: &Drawer, row: &Row, scene: &Scene) -> bool {
+fn is_native(drawer: &Drawer, row: &Row, scene: &Scene) -> bool {
     let engine = || drawer.engine_of(&Plan::of(scene, row.size), row.rung);
     scenes::refusal(scene).is_none() && engine() == EngineKind::Native
 }
 
-/// The table, drawn by whoever asks first; `None` where there is no device and that is allowed.
-pub(crate) fn table() -> Option<&'static Table> {
-    static TABLE: LazyLock<Option<Table>> = LazyLock::new(|| {
-        let context = context()?;
-        let adapter = context.adapter_name.clone();
-        let mut drawer = Drawer::new(Renderer::new(context));
-        drawer.keeps_cut = true;
+/// The table, drawn by whoever asks first; by the native engine alone where there is no device and that is allowed.
+pub(crate) fn table() -> &'static Table {
+    static TABLE: LazyLock<Table> = LazyLock::new(|| {
+        let context = context();
+        let adapter = context.as_ref().map(|context| context.adapter_name.clone());
+        let mut gpu = context.map(|context| Drawer::new(Renderer::new(context)));
         let mut native = native();
         native.keeps_cut = true;
+        if let Some(gpu) = &mut gpu {
+            gpu.keeps_cut = true;
+        }
         let drawn = |row: Row| {
             let scene = row.scene();
-            let outcome = draw(&mut drawer, &row, &scene);
+            let by_gpu = gpu.as_mut().map(|gpu| draw(gpu, &row, &scene));
             let natively =
                 is_native(&native, &row, &scene).then(|| draw(&mut native, &row, &scene));
-            Drawn { row, scene, outcome, native: natively }
+            Drawn { row, scene, gpu: by_gpu, native: natively }
         };
-        let rows = rows().into_iter().map(drawn).collect();
-        Some(Table { adapter, rows, drawers: Mutex::new([native, drawer]) })
+        let rows: Vec<Drawn> = rows().into_iter().map(drawn).collect();
+        if gpu.is_none() {
+            let is_to_be = |drawn: &&Drawn| drawn.row.judged != Judged::Refused;
+            let left: Vec<&Drawn> = rows.iter().filter(is_to_be).collect();
+            let alone = left.iter().filter(|drawn| drawn.native.is_none()).count();
+            println!(
+                "skipped {} rows by the GPU engine, {alone} of which no other draws",
+                left.len()
+            );
+        }
+        Table { adapter, rows, drawers: Mutex::new(Drawers { native, gpu }) }
     });
-    TABLE.as_ref()
+    &TABLE
 }
 
 /// The software adapter where there is one: it is the same everywhere, and floors were measured on it.
@@ -96,7 +130,7 @@ pub(crate) fn context() -> Option<Context> {
     match found {
         Ok(context) => Some(context),
         Err(error) if std::env::var("VOXSPLAT_GPU").is_ok_and(|v| v == "allow-skip") => {
-            println!("skipped the table: {error}");
+            println!("skipped the GPU engine: {error}");
             None
         }
         Err(error) => panic!("{error} (or set VOXSPLAT_GPU=allow-skip)"),

@@ -4,8 +4,9 @@
 //!
 //! `scenes` makes every scene, `rows` says what is drawn of which, `floors.txt` how near it must be (of a new row
 //! the test tells what is measured), with ` by native` behind a name for that engine alone. `VOXSPLAT_TABLE_BITS=FILE`
-//! has the bits of every row written to a file; `bits-llvmpipe.txt` is such a one. A device is required;
-//! `VOXSPLAT_GPU=allow-skip` prints what is left out instead.
+//! has the bits of every row by the GPU engine written to a file; `bits-llvmpipe.txt` is such a one. A device is required;
+//! with `VOXSPLAT_GPU=allow-skip` the native engine's rows are judged without one, and what is left out is counted and
+//! printed.
 
 mod bits;
 mod cells;

@@ -70,6 +70,12 @@ impl Row {
         Self { judged: Judged::AsCut, ..self }
     }
 
+    /// Whether it is drawn by splats as triangles, which the native engine leaves to an adapter.
+    pub(crate) fn is_of_triangles(&self) -> bool {
+        let kernel = if let Rung::Cheaper(kernel) = self.rung { kernel } else { self.mode.kernel };
+        self.mode.backend == Backend::Raster || kernel == Kernel::Gouraud
+    }
+
     pub(crate) fn scene(&self) -> Scene {
         scenes::scene(self.field, &self.parts, self.eye, self.mode)
     }
