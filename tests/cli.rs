@@ -619,6 +619,72 @@ fn passes_add_up_to_no_more_than_the_frame_that_they_were_timed_in() {
     }
 }
 
+/// Of a picture and of each row of the price list: which engine drew, by which loop, in which stages, with how many bytes.
+#[test]
+fn the_native_engine_tells_its_loop_its_stages_and_its_bytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (picture, stats, table) = (path("out.png"), path("stats.json"), path("table.json"));
+    let read = |path: &str| {
+        let text = std::fs::read_to_string(path).expect("it is written");
+        serde_json::from_str::<Value>(&text).expect("JSON")
+    };
+    let names = |stages: &Value| {
+        let stages = stages.as_array().expect("stages").iter();
+        stages.map(|stage| stage["name"].as_str().expect("a name").to_owned()).collect::<Vec<_>>()
+    };
+    let native = ["--engine", "native", "--resolution", "48,40"];
+    for (more, name, stages) in [
+        (
+            &["--shading", "none"][..],
+            "slabs of B-splines, plain",
+            &["mask_depths", "walk_slabs"][..],
+        ),
+        (&["--slice", "z=50%"], "slabs of B-splines, with effects", &["mask_depths", "walk_slabs"]),
+        (
+            &["--kernel", "linear", "--shading", "none"],
+            "slabs of tents, plain",
+            &["mask_depths", "walk_slabs"],
+        ),
+        (&["--visibility", "every-sample"], "kernels shaded first", &["gather_samples"]),
+    ] {
+        let fixed = ["render", "demo:shells:16", "-o", &picture, "--stats", &stats];
+        let run = voxsplat(&[&fixed[..], &native, more].concat());
+        assert!(run.status.success(), "{}", errors(&run));
+        let found = read(&stats);
+        assert_eq!(
+            (&found["engine"], &found["loop"]),
+            (&"native".into(), &name.into()),
+            "{more:?}"
+        );
+        assert_eq!(names(&found["passes"]), stages, "{more:?}");
+        let [held, peak] = [&found["held"]["all"], &found["peak_gpu_bytes"]].map(Value::as_u64);
+        assert!(held > Some(0) && peak >= held, "{more:?}: {held:?} of {peak:?}");
+    }
+    let fixed =
+        ["accuracy", "demo:shells:12", "--output", &table, "--pixels", "60", "--repeat", "0"];
+    let run = voxsplat(&[&fixed[..], &native, &["--max-slabs", "2"]].concat());
+    assert!(run.status.success(), "{}", errors(&run));
+    let table = read(&table);
+    let points = table["points"].as_array().expect("points");
+    let (by_native, others): (Vec<&Value>, Vec<&Value>) =
+        points.iter().partition(|point| point["engine"] == "native");
+    assert!(by_native.len() > 30, "{}", by_native.len());
+    let mut loops = std::collections::BTreeSet::new();
+    for point in by_native {
+        let stages = names(&point["stages"]);
+        assert!(!stages.is_empty() && point["bytes"].as_u64() > Some(0), "{point}");
+        loops.insert(point["loop"].as_str().unwrap_or_else(|| panic!("no loop: {point}")));
+    }
+    for name in ["slabs of B-splines, plain", "slabs of tents, plain", "kernels shaded first"] {
+        assert!(loops.contains(name), "{name}: {loops:?}");
+    }
+    // Triangles, where an adapter draws them; where none is they failed.
+    for point in others {
+        assert!(point["loop"].is_null() && point["settings"]["kernel"] == "gouraud", "{point}");
+    }
+}
+
 #[test]
 fn what_is_not_in_the_file_or_the_machine_is_exit_1() {
     let demo = Path::new("demo:shells:8");

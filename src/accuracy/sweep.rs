@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::gpu::PassTime;
 use crate::kernel::Kernel;
 use crate::scene::{
     Classify, Ground, ModeChoice, ModeError, OpacityModel, Reconstruction, Scene, SplatSettings,
@@ -299,10 +300,16 @@ pub struct WholeError {
 /// What one setting cost, and how far from the truth it is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measured {
-    /// Wall milliseconds of each frame, from camera set to queue finished.
+    /// Wall milliseconds of each frame, from camera set until its pixels are in memory.
     pub time_ms: Vec<f64>,
     /// Name of the engine that drew it: modes of one table may be drawn by two.
     pub engine: &'static str,
+    /// The native engine's compiled loop that drew it; `None` of the other engine.
+    pub native_loop: Option<&'static str>,
+    /// What the native engine's stages of the first frame took; empty of the other engine.
+    pub native_stages: Vec<PassTime>,
+    /// Bytes that the engine held when it was drawn.
+    pub bytes: u64,
     /// Kernels drawn.
     pub kernels: u64,
     /// Size drawn, before it was enlarged.

@@ -168,9 +168,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         ));
     }
     // Prices are guesses until the first picture of a kind has been drawn.
+    let first_ms = still.drawn.wall_ms;
     if let Refine::Budget { budget_ms } = refine
-        && let Some(first_ms) = still.frame_ms.first()
-        && *first_ms > MUCH_LONGER * budget_ms
+        && first_ms > MUCH_LONGER * budget_ms
     {
         note(&format!(
             "the picture took {first_ms:.0} ms of the {budget_ms} ms asked for: what rays cost is learnt from \

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::accuracy::sweep::{Detail, Point, SampledError};
 use crate::core::Camera;
 use crate::scene::{SplatSettings, Visibility};
+use crate::task::still::PassTime;
 use crate::task::sweep::Sweep;
 use crate::transfer::{Region, TransferFunction};
 
@@ -120,6 +121,13 @@ struct FoundRow<'a> {
     times_ms: &'a [f64],
     /// `native` or `gpu`: modes of one table may be drawn by two engines.
     engine: &'static str,
+    /// The native engine's compiled loop, and what its stages of the first frame took; null and none of the other engine,
+    /// whose passes are timed by waiting for each.
+    #[serde(rename = "loop")]
+    native_loop: Option<&'static str>,
+    stages: &'a [PassTime],
+    /// Bytes that the engine held.
+    bytes: u64,
     kernels: u64,
     drawn_resolution: [u32; 2],
     #[serde(flatten)]
@@ -211,6 +219,9 @@ impl<'a> PointRow<'a> {
                 time_ms: found.median_ms(),
                 times_ms: &found.time_ms,
                 engine: found.engine,
+                native_loop: found.native_loop,
+                stages: &found.native_stages,
+                bytes: found.bytes,
                 kernels: found.kernels,
                 drawn_resolution: found.drawn_size,
                 sampled: found.sampled.into(),

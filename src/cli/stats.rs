@@ -16,6 +16,9 @@ pub(super) struct Stats<'a> {
     engine: EngineKind,
     /// The adapter, or the processor's instructions and threads.
     adapter: &'a str,
+    /// The native engine's compiled loop that drew; null where the other engine did.
+    #[serde(rename = "loop")]
+    native_loop: Option<&'static str>,
     resolution: [u32; 2],
     /// The mode it was drawn in.
     mode: SplatSettings,
@@ -52,15 +55,15 @@ pub(super) struct Stats<'a> {
     effect_rows: Vec<EffectRow>,
     /// Bytes on the device, of parts that not every scene has.
     held: HeldBytes,
-    /// Of one more frame, in which each pass is waited for by itself: they add up to
-    /// `timed_frame_ms` at most, which is longer than that of `frame_ms`.
+    /// Of one more frame, in which each pass is waited for by itself: they add up to `timed_frame_ms` at most. The native
+    /// engine's stages, which are timed in any frame.
     passes: &'a [PassTime],
-    /// Wall time of that frame, `present` included; null where passes were not timed.
+    /// Wall time of that frame, `present` included, but not its reading back; null where passes were not timed.
     timed_frame_ms: Option<f64>,
     /// Whose clock the passes were timed by: `device` or `wall`.
     timer: Option<Timer>,
-    /// Wall time from camera set to queue finished, without `present`: of the picture written first,
-    /// then of each of `--repeat`.
+    /// Wall time from camera set until the pixels are in memory, as light, without `present`: of the picture written
+    /// first, then of each of `--repeat`.
     frame_ms: &'a [f64],
     load_ms: f64,
     peak_gpu_bytes: u64,
@@ -132,6 +135,7 @@ impl<'a> Stats<'a> {
             effect_rows: asked.into_iter().map(row).collect(),
             engine: still.engine,
             adapter: &still.adapter,
+            native_loop: still.native_loop,
             resolution: still.size,
             mode,
             backend: still.backend,

@@ -35,32 +35,56 @@ pub(super) fn draws_cuts(level: Level) -> bool {
     }
 }
 
+/// What draws a tile of slabs with the instructions of a level.
+type DrawsSlabs = fn(Level, &Scene<'_>, usize, &mut [Pixel]) -> u64;
+
+/// The loop of slabs of a field, and its name.
+fn of_slabs(scene: &Scene<'_>) -> (&'static str, DrawsSlabs) {
+    let (method, is_plain) = (scene.lattice.method(), scene.is_plain());
+    if scene.levels.is_some() {
+        return match (method, is_plain) {
+            (Method::BSpline, true) => ("a cut of B-splines, plain", plain_cut_bspline::draw),
+            (Method::BSpline, false) => {
+                ("a cut of B-splines, with effects", rich_cut_bspline::draw)
+            }
+            (_, true) => ("a cut of tents, plain", plain_cut_linear::draw),
+            (_, false) => ("a cut of tents, with effects", rich_cut_linear::draw),
+        };
+    }
+    match (method, is_plain) {
+        (Method::BSpline, true) => ("slabs of B-splines, plain", plain_bspline::draw),
+        (Method::BSpline, false) => ("slabs of B-splines, with effects", rich_bspline::draw),
+        (Method::Linear, true) => ("slabs of tents, plain", plain_linear::draw),
+        (Method::Linear, false) => ("slabs of tents, with effects", rich_linear::draw),
+        (Method::Functions, true) => ("slabs of functions, plain", plain_functions::draw),
+        (Method::Functions, false) => ("slabs of functions, with effects", rich_functions::draw),
+        (Method::Cells, true) => ("slabs of cells, plain", plain_cells::draw),
+        (Method::Cells, false) => ("slabs of cells, with effects", rich_cells::draw),
+        (Method::Other, true) => ("slabs of any kernel, plain", plain_other::draw),
+        (Method::Other, false) => ("slabs of any kernel, with effects", rich_other::draw),
+    }
+}
+
+impl What<'_> {
+    /// The name of the loop that draws it, for people and statistics. A plain one has nothing of effects in it: lights,
+    /// tables, surfaces, kernels of lists, samples without data, and the rarer rules of compositing.
+    pub(super) fn loop_name(&self) -> &'static str {
+        match self {
+            Self::Alone(_) => "lists alone",
+            Self::Splatted(_) => "kernels shaded first",
+            Self::Values(..) => "values along rays",
+            Self::Slabs(scene) => of_slabs(scene).0,
+        }
+    }
+}
+
 /// Draws a tile with the instructions of a level; opacities that were over 1, and lowered to it.
 pub(super) fn draw_tile(level: Level, what: &What<'_>, tile: usize, out: &mut [Pixel]) -> u64 {
     match what {
         What::Alone(alone) => of_lists::draw(level, alone, tile, out),
         What::Splatted(splatted) => shaded_first::draw(level, splatted, tile, out),
         What::Values(scene, along) => along_rays::draw(level, &(scene, *along), tile, out),
-        What::Slabs(scene) if scene.levels.is_some() => {
-            match (scene.lattice.method(), scene.is_plain()) {
-                (Method::BSpline, true) => plain_cut_bspline::draw(level, scene, tile, out),
-                (Method::BSpline, false) => rich_cut_bspline::draw(level, scene, tile, out),
-                (_, true) => plain_cut_linear::draw(level, scene, tile, out),
-                (_, false) => rich_cut_linear::draw(level, scene, tile, out),
-            }
-        }
-        What::Slabs(scene) => match (scene.lattice.method(), scene.is_plain()) {
-            (Method::BSpline, true) => plain_bspline::draw(level, scene, tile, out),
-            (Method::BSpline, false) => rich_bspline::draw(level, scene, tile, out),
-            (Method::Linear, true) => plain_linear::draw(level, scene, tile, out),
-            (Method::Linear, false) => rich_linear::draw(level, scene, tile, out),
-            (Method::Functions, true) => plain_functions::draw(level, scene, tile, out),
-            (Method::Functions, false) => rich_functions::draw(level, scene, tile, out),
-            (Method::Cells, true) => plain_cells::draw(level, scene, tile, out),
-            (Method::Cells, false) => rich_cells::draw(level, scene, tile, out),
-            (Method::Other, true) => plain_other::draw(level, scene, tile, out),
-            (Method::Other, false) => rich_other::draw(level, scene, tile, out),
-        },
+        What::Slabs(scene) => of_slabs(scene).1(level, scene, tile, out),
     }
 }
 

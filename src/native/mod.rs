@@ -33,6 +33,8 @@ mod masks;
 mod nodes;
 mod own;
 mod passing;
+#[cfg(test)]
+mod picture_tests;
 mod polygons;
 mod project;
 mod rays;

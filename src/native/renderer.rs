@@ -59,6 +59,8 @@ pub struct Renderer {
     capped: u64,
     /// What its stages took: milliseconds, and how often each ran.
     stages: Vec<(&'static str, f64, u32)>,
+    /// The loop that draws it, once there are tiles.
+    loop_name: Option<&'static str>,
     most_bytes: u64,
 }
 
@@ -225,7 +227,8 @@ impl Renderer {
         Self::with(Level::new(), count)
     }
 
-    fn with(level: Level, threads: usize) -> Self {
+    /// With the instructions of a level, on so many threads.
+    pub(super) fn with(level: Level, threads: usize) -> Self {
         Self {
             level,
             threads: Threads { count: threads, pool: OnceLock::new() },
@@ -238,6 +241,7 @@ impl Renderer {
             picture: None,
             capped: 0,
             stages: Vec::new(),
+            loop_name: None,
             most_bytes: 0,
         }
     }
@@ -466,6 +470,7 @@ impl Renderer {
     fn cleared(&mut self, size: [u32; 2]) -> Vec<Pixel> {
         self.capped = 0;
         self.stages.clear();
+        self.loop_name = None;
         let mut pixels = self.picture.take().map(|picture| picture.pixels).unwrap_or_default();
         pixels.clear();
         pixels.resize(tile_count(size) as usize * TILE_PIXELS, [0.0; 4]);
@@ -608,6 +613,7 @@ impl Renderer {
             Of::Nothing if kernels.is_none() && polygons.is_none() => return tiles.end,
             Of::Nothing => What::Alone(Alone { rays, kernels, polygons, rule }),
         };
+        self.loop_name = Some(what.loop_name());
         let level = self.level;
         let capped = AtomicU64::new(0);
         let first = tiles.start as usize;
@@ -643,6 +649,11 @@ impl Renderer {
     /// What the stages of the picture took so far: names, milliseconds, and how often each ran.
     pub fn stages(&self) -> &[(&'static str, f64, u32)] {
         &self.stages
+    }
+
+    /// The compiled loop that draws the picture; `None` where there is nothing to be drawn.
+    pub fn loop_name(&self) -> Option<&'static str> {
+        self.loop_name
     }
 
     fn note_stage(&mut self, name: &'static str, start: Instant) {

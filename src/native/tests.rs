@@ -139,7 +139,7 @@ fn range_about(bricks: &Bounds, place: [f32; 3]) -> [f32; 2] {
 }
 
 /// Noise, with functions that have nothing to do with it.
-fn volume_of_functions(dims: [usize; 3], basis: Basis) -> Arc<ScalarVolume> {
+pub(super) fn volume_of_functions(dims: [usize; 3], basis: Basis) -> Arc<ScalarVolume> {
     let noise = volume(dims);
     let lattice = Grid {
         spacing: DVec3::new(1.0, 0.7, 1.3),
@@ -236,7 +236,7 @@ fn means_of_ellipsoids_and_their_growth_are_those_of_float64_and_lie_in_their_bo
 }
 
 /// Hexahedra about most of a lattice, bent, with values of their own; the middle one is not there.
-fn volume_of_cells(dims: [usize; 3], on: On, spacing: DVec3) -> Arc<ScalarVolume> {
+pub(super) fn volume_of_cells(dims: [usize; 3], on: On, spacing: DVec3) -> Arc<ScalarVolume> {
     let noise = volume(dims);
     let lattice = Grid { spacing, origin: DVec3::new(-3.0, 2.0, 5.0), ..noise.lattice };
     let any = |i: usize| ((i * 40_503 + 17) % 1009) as f64 / 1009.0;
@@ -439,7 +439,7 @@ fn gradients_are_differences_of_values() {
 }
 
 /// A scene of a ball in a field that falls off around it, less than half of which shows.
-fn scene() -> Scene {
+pub(super) fn scene() -> Scene {
     let dims = [21, 18, 25];
     let value = |i: usize| {
         let at = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
@@ -557,7 +557,7 @@ fn opacities_over_one_are_lowered_and_counted() {
 }
 
 /// Vectors about the middle of the scene, to all sides.
-fn winds() -> VectorLayer {
+pub(super) fn winds() -> VectorLayer {
     let vectors = (0..6 * 6 * 6_u32).map(|i| {
         let angle = 0.7 * i as f32;
         glam::Vec3::new(angle.cos(), angle.sin(), 0.3) * (1 + i % 5) as f32
@@ -569,7 +569,7 @@ fn winds() -> VectorLayer {
 }
 
 /// A translucent triangle across the scene.
-fn shard() -> PolygonLayer {
+pub(super) fn shard() -> PolygonLayer {
     let corners = vec![
         glam::Vec3::new(-3.0, 2.0, 4.0),
         glam::Vec3::new(25.0, 5.0, 9.0),
@@ -645,29 +645,6 @@ fn what_lies_on_each_other_by_the_thousands_is_refused_before_it_is_listed() {
     assert!(landed(70_000, [24, 16]).is_ok());
     let few = landed(60, [160, 120]).expect("few");
     assert_eq!(few.on([159, 119]).len(), 60);
-}
-
-#[test]
-fn pictures_have_the_same_bits_for_any_number_of_threads() {
-    let plan = Plan::of(&scene().with(winds()).with(shard()), [61, 45]);
-    let draw = |threads: usize| {
-        let (mut renderer, slabs) = of_field(&plan, threads);
-        let begun = renderer.begin(&plan, SlabField::Own, Some(&slabs), 5e-4, &Ticket::new());
-        begun.expect("few slabs");
-        let tiles = super::tile_count(plan.size);
-        assert_eq!(renderer.draw_tiles(0..tiles / 2, f64::INFINITY), tiles / 2);
-        // Where there is no time each thread draws one, and what was left out is drawn later.
-        let next = renderer.draw_tiles(tiles / 2..tiles, 0.0);
-        assert!((1..=threads).contains(&((next - tiles / 2) as usize)), "{next}");
-        assert_eq!(renderer.draw_tiles(next..tiles, f64::INFINITY), tiles);
-        renderer.light()
-    };
-    let (one, size) = draw(1);
-    assert_eq!(size, [61, 45]);
-    assert!(one.iter().filter(|pixel| pixel[3] > 0.1).count() > 300);
-    for threads in [2, 16] {
-        assert_eq!(draw(threads).0, one, "{threads} threads");
-    }
 }
 
 #[test]

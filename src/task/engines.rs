@@ -266,6 +266,11 @@ impl Engines {
         }
     }
 
+    /// The native engine's loop that drew the picture; `None` where the other did, or nothing was to be drawn.
+    pub fn native_loop(&self) -> Option<&'static str> {
+        self.native.loop_name().filter(|_| self.drew == EngineKind::Native)
+    }
+
     /// Bytes that the engine with the picture holds.
     pub fn held(&self) -> HeldBytes {
         match (self.drew, &self.gpu) {

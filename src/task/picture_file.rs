@@ -103,6 +103,8 @@ mod tests {
             drawn,
             kernels_active: 0,
             octree: None,
+            native_loop: None,
+            native_stages: Vec::new(),
             adapter: String::new(),
             frame_ms: Vec::new(),
             field: None,

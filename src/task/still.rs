@@ -1,5 +1,7 @@
 //! One still picture at any size, for files and scripts, and what it cost.
 
+use std::time::Instant;
+
 use serde::Serialize;
 
 use super::draw::{
@@ -121,9 +123,13 @@ pub struct Still {
     pub engine: EngineKind,
     /// What the native engine does not draw of it, where that was to draw.
     pub not_native: Option<String>,
+    /// The native engine's compiled loop that drew it; `None` where the other engine did, or nothing was to be drawn.
+    pub native_loop: Option<&'static str>,
+    /// What the native engine's stages of the picture itself took: it always times them. Empty by the other engine.
+    pub native_stages: Vec<PassTime>,
     /// The adapter, or the processor's instructions.
     pub adapter: String,
-    /// Wall milliseconds from camera set to queue finished; the picture's first.
+    /// Wall milliseconds from camera set until the pixels are in memory, as light; the picture's first.
     pub frame_ms: Vec<f64>,
     /// The reconstructed field that it shows; `None` where kernels are shaded first, and of cuts.
     pub field: Option<ShownField>,
@@ -159,6 +165,13 @@ pub struct Still {
     pub cells: Option<Cells>,
     /// Entries of the transfer table whose opacity was lowered to the transmittance floor.
     pub capped_opacities: usize,
+}
+
+impl Still {
+    /// Wall milliseconds of the picture itself, from camera set until its pixels are in memory.
+    pub fn own_ms(&self) -> f64 {
+        self.frame_ms.first().copied().unwrap_or(self.drawn.wall_ms)
+    }
 }
 
 /// Why there is no still picture.
@@ -274,8 +287,14 @@ pub(super) fn draw(
     let cells = drawer.take_cells(usize::MAX);
     drawer.keeps_cut = false;
     let capped_sums = drawer.capped_sums()?;
-    let mut frame_ms = vec![drawn.wall_ms];
-    let light = enlarged(drawer.engines.read_light()?, drawn.size, *size);
+    let (drew, native_loop) = (drawer.engines.drew(), drawer.engines.native_loop());
+    let native_stages = match drew {
+        EngineKind::Native => drawer.times(),
+        EngineKind::Gpu => Vec::new(),
+    };
+    let (light, reading_ms) = in_memory(drawer)?;
+    let mut frame_ms = vec![drawn.wall_ms + reading_ms];
+    let light = enlarged(light, drawn.size, *size);
     let background = background_light(plan.background);
     let shown = drawer.engines.present(background)?;
     let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
@@ -287,7 +306,8 @@ pub(super) fn draw(
         ticket.checkpoint(u64::from(turn), u64::from(request.repeat))?;
         let camera = turned(&plan.camera, turn);
         let turned = Plan { camera, ..plan.clone() }.at_size(plan.size, plan.enlarged);
-        frame_ms.push(drawer.draw(&turned, rung, &mut watch)?.wall_ms);
+        let drawing_ms = drawer.draw(&turned, rung, &mut watch)?.wall_ms;
+        frame_ms.push(drawing_ms + in_memory(drawer)?.1);
     }
     let (mut timer, mut timed_frame_ms) = (None, None);
     let mut passes = Vec::new();
@@ -303,7 +323,7 @@ pub(super) fn draw(
         timed_frame_ms = Some(timed_ms + presenting);
         drawer.stop_timing();
     }
-    let backend = match drawer.engines.drew() {
+    let backend = match drew {
         // Lists and rays by tiles, whatever is drawn.
         EngineKind::Native => Backend::Tiles,
         EngineKind::Gpu => backend_of(rung, &drawn, &plan),
@@ -311,7 +331,7 @@ pub(super) fn draw(
     let kernels_active = drawer.count_active(&plan);
     if let Some((_, count)) = scene.own_kernels().filter(|_| rung == Rung::Full) {
         drawn.kernels = count;
-    } else if drawer.engines.drew() == EngineKind::Native && drawn.nodes == 0 {
+    } else if drew == EngineKind::Native && drawn.nodes == 0 {
         drawn.kernels = kernels_active;
     }
     let is_full = rung == Rung::Full;
@@ -319,7 +339,7 @@ pub(super) fn draw(
     let peak_gpu_bytes = drawer.engines.peak_bytes();
     let of_gpu = drawer.engines.made_gpu();
     let (pipelines, uploads) = of_gpu.map_or((0, 0), |r| (r.pipeline_count(), r.upload_count()));
-    let (drew, adapter) = (drawer.engines.drew(), drawer.engines.name());
+    let adapter = drawer.engines.name();
     let effects = match request.time_passes && is_full {
         true => {
             let scene = Scene { splat: plan.mode, ..scene.clone() };
@@ -340,6 +360,8 @@ pub(super) fn draw(
         octree: drawer.octree_builder(),
         engine: drew,
         not_native: drawer.engines.why_not_native(&plan),
+        native_loop,
+        native_stages,
         adapter,
         frame_ms,
         field,
@@ -357,6 +379,18 @@ pub(super) fn draw(
         cells,
         capped_opacities: drawer.capped_count(&plan),
     })
+}
+
+/// The light of the picture that was drawn last, and what it took to have it in memory, milliseconds: nothing where the
+/// processor drew it there.
+fn in_memory(drawer: &mut Drawer) -> Result<(Vec<[f32; 4]>, f64), GpuError> {
+    let start = Instant::now();
+    let light = drawer.engines.read_light()?;
+    let ms = match drawer.engines.drew() {
+        EngineKind::Native => 0.0,
+        EngineKind::Gpu => start.elapsed().as_secs_f64() * 1e3,
+    };
+    Ok((light, ms))
 }
 
 /// The reconstructed field on the picture of a rung, if that is of one.

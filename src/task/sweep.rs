@@ -374,7 +374,7 @@ impl Sweep {
                 slabs_per_voxel: setting.splat.slabs_per_voxel,
                 last_difference: None,
             });
-            let converged = Converged { convergence, sampled, time_ms: still.drawn.wall_ms };
+            let converged = Converged { convergence, sampled, time_ms: still.own_ms() };
             let whole = WholeTruth {
                 ssim: Ssim::new(&light, self.size),
                 flip: Flip::new(&light, self.size),
@@ -418,7 +418,7 @@ impl Sweep {
                 Ok(still) => {
                     // Where few pixels take other shaders, these were compiled in its time.
                     if still.pipelines == pipelines {
-                        time_ms.push(still.drawn.wall_ms);
+                        time_ms.push(still.own_ms());
                     }
                     pipelines = still.pipelines;
                     first.get_or_insert(still);
@@ -451,6 +451,9 @@ impl Sweep {
         Ok(Measured {
             time_ms,
             engine: still.engine.name(),
+            native_loop: still.native_loop,
+            native_stages: still.native_stages.clone(),
+            bytes: still.held.all,
             kernels: still.drawn.kernels,
             drawn_size: still.drawn.size,
             sampled: self.sampled(&light)?,

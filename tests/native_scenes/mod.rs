@@ -4,6 +4,7 @@
 mod beside;
 mod borders;
 mod jumps;
+mod unasked;
 mod within;
 
 use std::sync::Arc;
