@@ -3,6 +3,7 @@
 
 mod beside;
 mod borders;
+mod hard;
 mod jumps;
 mod within;
 
