@@ -19,7 +19,7 @@ use crate::support;
 const MANY: usize = 10_000;
 
 /// A picture of few pixels, near enough that each is narrower than a voxel.
-const FEW: [u32; 2] = [13, 10];
+const FEW: [u32; 2] = [9, 7];
 
 /// A scene that is so many times as large, and seen from as much farther away.
 fn scaled(scene: &Scene, by: f64) -> Scene {
