@@ -5,6 +5,8 @@ mod cli_hostile;
 mod cli_polygons;
 mod cli_transfer;
 mod cli_vectors;
+#[cfg(target_os = "linux")]
+mod cli_without_driver;
 mod command_line;
 
 use std::path::{Path, PathBuf};
@@ -99,6 +101,24 @@ fn the_comparison_of_refusals_sees_what_is_wrong() {
     assert!(fault(&missing, 1, &["banana"], None).is_some());
     assert!(fault(&missing, 1, &[], Some(Path::new("other.nrrd"))).is_some());
     assert!(fault(&voxsplat(&["info", "demo:shells:8"]), 0, &[], None).is_some());
+}
+
+/// What it does not know as a subcommand `./run` takes for a file, which it draws where there is no display.
+#[test]
+fn the_run_script_knows_every_subcommand() {
+    let mut command = <voxsplat::cli::Arguments as clap::CommandFactory>::command();
+    // It adds `help`.
+    command.build();
+    let mut own: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("run");
+    let script = std::fs::read_to_string(script).expect("the script is there");
+    let listed = script.lines().find_map(|line| line.strip_prefix("subcommands=\""));
+    let listed = listed.and_then(|list| list.strip_suffix('"')).expect("a list");
+    let mut listed: Vec<&str> = listed.split(' ').collect();
+    own.sort_unstable();
+    listed.sort_unstable();
+    assert_eq!(listed, own);
+    assert!(own.contains(&"encode") && own.contains(&"help"), "{own:?}");
 }
 
 #[test]

@@ -256,6 +256,30 @@ fn a_window_whose_display_goes_away_ends_and_says_so() {
     assert!(tells && said.trim().lines().count() == 1, "{said}");
 }
 
+/// No driver of Vulkan or OpenGL is found where they are said to be in no file.
+#[test]
+fn a_window_that_no_adapter_can_paint_ends_in_a_sentence_that_names_the_package() {
+    let display = match Display::start() {
+        Ok(display) => display,
+        Err(reason) => return println!("skipped a window without a driver: {reason}"),
+    };
+    let none = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "__EGL_VENDOR_LIBRARY_FILENAMES"];
+    let none = none.map(|name| (name, "/none"));
+    let mut program = Program::start_in(&display, "demo:shells:8", ["--engine", "gpu"], &none);
+    assert!(!program.wait_for_end(), "it ends as if there had been a window");
+    let said = program.said();
+    assert!(said.starts_with("voxsplat: expected a graphics driver"), "{said}");
+    for part in [", found none", "mesa-vulkan-drivers", "--engine native"] {
+        assert!(said.contains(part), "{said}");
+    }
+    assert_eq!(said.trim().lines().count(), 1, "{said}");
+    // And the other engine has a window there.
+    let native = ["--engine", "native"];
+    let mut program = Program::start_in(&display, "demo:shells:8", native, &none);
+    program.wait_for_rest(0);
+    assert_eq!(program.said(), "");
+}
+
 mod must_fail {
     use super::difference;
     use image::{Rgb, RgbImage};

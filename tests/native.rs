@@ -1,7 +1,10 @@
 //! The native engine as its callers see it: what it draws, what it leaves to an adapter, and that it needs none.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod hard_scenes;
 mod native_scenes;
+#[path = "native_scenes/support.rs"]
+mod support;
 
 use std::sync::Arc;
 use std::sync::mpsc;

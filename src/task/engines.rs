@@ -1,8 +1,8 @@
 //! The two engines: which of them draws a plan, and which of them has the picture.
 //!
 //! The rule is fixed: discrete, integrated and virtual GPUs draw by themselves; where there is only the processor, or
-//! nothing, the native engine draws. What it does not draw, splats as triangles, goes to the adapter that there is, which
-//! is made then.
+//! nothing, the native engine draws. What it does not draw, splats as triangles and fields of more samples than it counts
+//! (`native::supports`), goes to the adapter that there is, which is made then. What is wrong with a scene, neither draws.
 
 use std::path::Path;
 use std::sync::LazyLock;

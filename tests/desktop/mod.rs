@@ -127,6 +127,16 @@ pub(crate) struct Program {
 impl Program {
     /// Opens the window on a file (or `demo:NAME`).
     pub(crate) fn start(display: &Display, file: &str, engine: [&'static str; 2]) -> Self {
+        Self::start_in(display, file, engine, &[])
+    }
+
+    /// The same with variables of the environment, by name and value.
+    pub(crate) fn start_in(
+        display: &Display,
+        file: &str,
+        engine: [&'static str; 2],
+        variables: &[(&str, &str)],
+    ) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let stderr = fs::File::create(folder.path().join("stderr")).unwrap();
         let child = Command::new(env!("CARGO_BIN_EXE_voxsplat"))
@@ -143,6 +153,7 @@ impl Program {
             .env("XDG_DATA_HOME", folder.path().join("data"))
             .env("XDG_CONFIG_HOME", folder.path().join("config"))
             .env("XDG_RUNTIME_DIR", folder.path())
+            .envs(variables.iter().copied())
             .stderr(stderr)
             .spawn()
             .unwrap();

@@ -11,7 +11,7 @@ use voxsplat::task::draw::{DrawError, Drawer, Rung};
 use voxsplat::task::engines::Canvas as _;
 use voxsplat::volume::{Lattice, Samples};
 
-use crate::hard_cases::{EXACT, SMALL, held};
+use crate::hard_scenes::{EXACT, SMALL, held};
 use crate::support::*;
 
 /// With two mirrored samples about it, as B-splines need them: 15 · 13 · 17 = 3315.

@@ -11,7 +11,7 @@ use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::volume::{Lattice, Samples};
 
 use crate::gathered::{OBLIQUE, assert_none, gathered, lattice, modes, with, within};
-use crate::hard_cases::SMALL;
+use crate::hard_scenes::SMALL;
 use crate::layered_truth::expected;
 use crate::support::*;
 

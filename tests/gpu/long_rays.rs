@@ -14,7 +14,7 @@ use voxsplat::task::engines::EngineKind;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples};
 
-use crate::hard_cases::{EXACT, SHADED};
+use crate::hard_scenes::{EXACT, SHADED};
 use crate::support::*;
 
 const SIZE: [u32; 2] = [6, 5];

@@ -13,9 +13,8 @@ mod gathered_polygons;
 mod gathered_vectors;
 mod gouraud;
 mod hard_cases;
-mod hard_kernels;
-mod hard_mode_values;
-mod hard_values;
+#[path = "../hard_scenes/mod.rs"]
+mod hard_scenes;
 mod inside;
 mod invariants;
 mod judging;

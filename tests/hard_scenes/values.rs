@@ -10,7 +10,8 @@ use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples};
 
-use crate::support::*;
+use super::scenes::*;
+use crate::support::{drawer, drawn};
 
 /// Measured: max 1.5e-3 (opacity 1), rmse 4.1e-5, bias 3.1e-6; the same for samples with a table
 /// entry a code and for those looked up between 65 536 entries.
@@ -287,17 +288,4 @@ fn opacity_of_a_hundred_millionth_is_still_right_to_a_thousandth() {
     // Measured: 1.1e-4, 5.0e-6, 1.3e-6.
     let within = Within { max_abs: 3e-4, rmse: 2e-5, bias: 4e-6 };
     assert_eq!(fault(&found, &expected, within), None);
-}
-
-#[test]
-fn nothing_opaque_is_nothing_and_costs_no_kernel() {
-    let Some(mut drawer) = drawer() else { return };
-    let (found, what) = drawn(&mut drawer, &constant_opacity(0.0), SIZE, Rung::Full);
-    assert!(found.iter().all(|p| *p == [0.0; 4]));
-    assert_eq!((what.kernels, drawer.active_count().expect("they are counted")), (0, 0));
-    let (_, all) = drawn(&mut drawer, &constant_opacity(0.5), SIZE, Rung::Full);
-    assert_eq!(
-        (all.kernels, drawer.active_count().expect("they are counted")),
-        (COUNT as u64, COUNT as u64)
-    );
 }

@@ -8,8 +8,9 @@ use voxsplat::task::draw::Rung;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples, ScalarVolume};
 
-use crate::hard_cases::*;
-use crate::support::*;
+use super::scenes::*;
+use super::*;
+use crate::support::{drawer, drawn};
 
 const DIMS: [usize; 3] = [7, 6, 8];
 const COUNT: usize = 336;

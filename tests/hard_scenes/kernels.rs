@@ -1,15 +1,16 @@
 //! Hard geometry and values with the other kernels, classified `after`, and by `published`
-//! opacity: what `hard_cases` and `hard_mode_values` leave out, against the float64 reference.
+//! opacity: what `geometry` and `mode_values` leave out, against the float64 reference.
 
 use glam::{DMat3, DVec3};
 use voxsplat::core::Srgb8;
-use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Classify, OpacityModel, Order, Scene, SplatSettings, Visibility};
+use voxsplat::scene::{Classify, OpacityModel};
+use voxsplat::task::draw::Rung;
 use voxsplat::transfer::{ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples};
 
-use crate::hard_cases::*;
-use crate::support::*;
+use super::scenes::*;
+use super::*;
+use crate::support::{drawer, drawn};
 
 const OBLIQUE: DVec3 = DVec3::new(0.35, -0.52, 0.78);
 const DIMS: [usize; 3] = [7, 6, 8];
@@ -95,11 +96,7 @@ fn other_modes(scene: &Scene) -> Vec<(&'static str, Scene, Within)> {
     .collect()
 }
 
-fn in_other_modes(
-    drawer: &mut voxsplat::task::draw::Drawer,
-    name: &str,
-    scene: &Scene,
-) -> Vec<String> {
+fn in_other_modes(drawer: &mut Drawer, name: &str, scene: &Scene) -> Vec<String> {
     other_modes(scene)
         .iter()
         .flat_map(|(mode, scene, within)| held(drawer, &format!("{name}, {mode}"), scene, *within))
@@ -255,7 +252,7 @@ fn steps_and_opacities_of_one_and_next_to_none_with_every_kernel() {
     for (mode, scene, _) in other_modes(&constant(1e-8)) {
         let expected = truth(&scene, SMALL);
         let most = expected.iter().map(|p| p[3]).fold(0.0, f64::max);
-        let (found, _) = drawn(&mut drawer, &scene, SMALL, voxsplat::task::draw::Rung::Full);
+        let (found, _) = drawn(&mut drawer, &scene, SMALL, Rung::Full);
         let relative = |l: &Light| -> Light { l.iter().map(|p| p.map(|c| c / most)).collect() };
         let (found, expected) = (relative(&found), relative(&expected));
         print_measured(&format!("alpha 1e-8, relative, {mode}"), &found, &expected);
@@ -272,9 +269,7 @@ fn the_same_bits_twice_with_every_kernel() {
     let parallel = scene(lattice(), OBLIQUE);
     for scene in [in_perspective(parallel.clone(), 50.0), parallel] {
         let scenes = other_modes(&scene);
-        let draw = |drawer: &mut _, scene: &Scene| {
-            drawn(drawer, scene, SMALL, voxsplat::task::draw::Rung::Full).0
-        };
+        let draw = |drawer: &mut _, scene: &Scene| drawn(drawer, scene, SMALL, Rung::Full).0;
         let once: Vec<Light> = scenes.iter().map(|(_, s, _)| draw(&mut drawer, s)).collect();
         for ((mode, scene, _), once) in scenes.iter().zip(&once) {
             assert!(draw(&mut drawer, scene) == *once, "{mode}");
