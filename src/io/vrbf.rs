@@ -201,7 +201,7 @@ pub(super) fn read(
     if encoded.encoding.rounding() > least_told {
         warnings.push(format!(
             "large weights of opposite signs cancel in the sum: pictures, which are drawn in single precision, may be off by \
-             about {}",
+             up to {}",
             four_digits(encoded.encoding.rounding())
         ));
     }

@@ -494,8 +494,8 @@ fn a_paused_fit_waits_and_wakes_for_a_cancel() {
             ticket.pause(false);
         }
         let end = ended.recv_timeout(Duration::from_secs(60)).expect("it wakes");
-        let is_as_asked_for = match end {
-            Ok(functions) => !is_cancelled && functions > 0,
+        let is_as_asked_for = match &end {
+            Ok(functions) => !is_cancelled && *functions > 0,
             Err(error) => is_cancelled && matches!(error, EncodeError::Cancelled(_)),
         };
         assert!(is_as_asked_for, "{end:?}");
