@@ -1238,6 +1238,62 @@ fn a_field_is_encoded_and_the_errors_that_are_told_are_those_of_what_comes_back(
         own.iter().copied().fold(f64::MIN, f64::max) - own.iter().copied().fold(f64::MAX, f64::min);
     assert!((found - told).abs() < 1e-6 * range, "{found} {told}");
     assert!(found <= 0.05 * range, "{found} of {range}");
+    let count = own.len() as f64;
+    let off = || own.iter().zip(&back).map(|(a, b)| (a - b).abs());
+    let (mean, rms) =
+        (off().sum::<f64>() / count, (off().map(|d| d * d).sum::<f64>() / count).sqrt());
+    for (name, found) in [("mean_error", mean), ("rms_error", rms)] {
+        let told = info[name].as_f64().expect("a number");
+        assert!((found - told).abs() < 1e-6 * range && found > 0.0, "{name}: {found} {told}");
+    }
+    assert!(info["overshoot"].as_f64().is_some_and(|beyond| beyond >= 0.0), "{info}");
+}
+
+#[test]
+fn a_probe_of_functions_tells_their_sum_and_its_growth() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let encoded = folder.path().join("blobs.vrbf");
+    let name = encoded.to_str().expect("UTF-8");
+    let made = voxsplat(&["encode", "demo:blobs:16", "--output", name, "--max-error", "5%"]);
+    assert_eq!(made.status.code(), Some(0), "{}", errors(&made));
+    let sum = voxsplat::io::vrbf::load(&encoded).expect("a valid file").encoding;
+    let [low, high] = sum.bounds();
+    // Nowhere on a sample.
+    for share in [[0.31, 0.47, 0.52], [0.613, 0.55, 0.377], [0.5001, 0.234, 0.71]] {
+        let place = low + (high - low) * DVec3::from(share);
+        let point = place.to_array().map(|v| v.to_string()).join(",");
+        let output = voxsplat(&["probe", name, "--point", &point, "--json"]);
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        let told: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let point = &told["point"];
+        let value = point["value"].as_f64().expect("a number");
+        let own = sum.value(place);
+        assert!((value - own).abs() < 1e-9 * own.abs().max(1.0), "{place}: {value} {own}");
+        let growth = [0, 1, 2].map(|axis| point["gradient"][axis].as_f64().expect("a number"));
+        let own = sum.gradient(place);
+        let off = (DVec3::from(growth) - own).length();
+        assert!(off < 1e-6 * own.length() && own.length() > 0.0, "{place}: {growth:?} {own}");
+    }
+}
+
+#[test]
+fn a_fit_ends_with_the_best_so_far_after_so_many_seconds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("late.vrbf");
+    let name = path.to_str().expect("UTF-8");
+    // Which without a limit is refused, as it cannot be reached.
+    let asked = ["encode", "demo:checkerboard:16", "--output", name, "--max-error", "0.001%"];
+    let made = voxsplat(&[&asked[..], &["--seconds", "0.01"]].concat());
+    assert_eq!(made.status.code(), Some(0), "{}", errors(&made));
+    assert!(errors(&made).contains("not reached"), "{}", errors(&made));
+    // The first round adds four functions, the others more: it has not gone on to one in twenty samples.
+    let functions = voxsplat::io::vrbf::load(&path).expect("a valid file").encoding;
+    let count = functions.functions().len();
+    assert!((1..50).contains(&count), "{count}");
+    for wrong in ["0", "-1", "x"] {
+        let wrong = voxsplat(&[&asked[..], &["--seconds", wrong]].concat());
+        assert_eq!(wrong.status.code(), Some(2), "{}", errors(&wrong));
+    }
 }
 
 #[test]
@@ -1410,6 +1466,10 @@ fn meshes_and_points_are_encoded_where_their_points_are() {
         ]);
         assert_eq!(made.status.code(), Some(0), "{source}: {}", errors(&made));
         assert!(errors(&made).contains(&format!("for {count} samples")), "{}", errors(&made));
+        assert!(errors(&made).contains("in the whole box"), "{}", errors(&made));
+        let info = voxsplat(&["info", &encoded]);
+        let told = String::from_utf8_lossy(&info.stdout);
+        assert!(told.contains("in the whole box"), "{told}");
         let drawn =
             voxsplat(&["render", &encoded, "--output", &at("p.png"), "--resolution", "40,30"]);
         assert_eq!(drawn.status.code(), Some(0), "{source}: {}", errors(&drawn));

@@ -6,11 +6,12 @@ mod native_scenes;
 #[path = "native_scenes/support.rs"]
 mod support;
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::mpsc;
 use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::{Camera, Projection, Ticket};
 use voxsplat::gpu::{AdapterChoice, has_hardware};
@@ -18,6 +19,7 @@ use voxsplat::kernel::Kernel;
 use voxsplat::native::supports;
 use voxsplat::plan::Plan;
 use voxsplat::polygons::Mesh;
+use voxsplat::rbf::{Basis, Encoding, Function, Goal, Points, encode};
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
     self, Backend, Classify, Clip, ClipBox, Inside, Lighting, OpacityModel, PolygonLayer,
@@ -28,7 +30,7 @@ use voxsplat::task::engine::{
 };
 use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
-use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
+use voxsplat::volume::{Component, Lattice, Places, Samples, ScalarVolume, demo};
 
 const SIZE: [u32; 2] = [96, 64];
 
@@ -256,6 +258,46 @@ fn off_reference(engine: &Engine, scene: &Scene, size: [u32; 2]) -> f64 {
         a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
     };
     found.iter().zip(&truth).map(off).fold(0.0, f64::max)
+}
+
+/// Where weights of opposite signs cancel, single precision leaves a picture that is near, or it is told that it may not be.
+#[test]
+fn pictures_of_functions_that_cancel_are_near_the_references_or_are_told_not_to_be() {
+    let engine = alone();
+    let mut scene = opened("demo:blobs:16");
+    let volume = Arc::clone(scene.volume().unwrap());
+    let range = volume.statistics.max - volume.statistics.min;
+    let samples = Places::Lattice(volume.lattice);
+    let values = (0..volume.samples.len()).map(|i| (samples.at(i).0, volume.samples.get(i)));
+    let goal = Goal { basis: Basis::Gaussian, max_error: 0.02 * range, functions: 40 };
+    let told = |_| ControlFlow::Continue(());
+    let own = encode(&Points::new(values), goal, &Ticket::new(), told).unwrap();
+    let mut faults = Vec::new();
+    // Weights, in ranges of values.
+    for weight in [0.0, 100.0, 1e6] {
+        // Two steps wide, and so near each other that what is left of two is about a twentieth of the range.
+        let pair = |i: usize| {
+            let centre = volume.lattice.world_from_index(DVec3::splat(4.3 + 3.7 * i as f64));
+            let shape = DMat3::from_diagonal(DVec3::splat(0.5 / volume.lattice.spacing.x.abs()));
+            let apart = 0.15 * volume.lattice.spacing.x / weight;
+            let one = |centre: DVec3, weight: f64| Function { centre, shape, weight };
+            [one(centre, weight * range), one(centre + DVec3::X * apart, -weight * range)]
+        };
+        let pairs = if weight > 0.0 { 3 } else { 0 };
+        let functions = own.functions().iter().copied().chain((0..pairs).flat_map(pair));
+        let encoding =
+            Encoding::new(own.basis(), own.bias(), own.epsilon(), functions, own.bounds());
+        let is_told = encoding.rounding() > 1e-3 * range;
+        assert_eq!(is_told, weight > 1e5, "{weight}: {}", encoding.rounding() / range);
+        let functions = Some(Arc::new(encoding));
+        scene.set_volume(Arc::new(ScalarVolume { functions, ..(*volume).clone() }));
+        scene.splat = SplatSettings::FUNCTIONS;
+        let most = off_reference(&engine, &scene, SIZE);
+        println!("measured {weight}: {most:.1e}");
+        // FLOOR-TODO: not measured yet.
+        faults.extend((most > 1e-2 && !is_told).then(|| format!("{weight}: {most}")));
+    }
+    assert!(faults.is_empty(), "{faults:?}");
 }
 
 /// Rays along two axes of the lattice at once pass a box or they do not.

@@ -241,18 +241,23 @@ impl Window {
     }
 }
 
-/// What came of it, for people; of an `earlier` fit also whether nothing was added to that.
+/// What came of it, for people: how near it is, what errors at samples do not tell, and of an `earlier` fit also whether nothing
+/// was added to that.
 fn told_of(encoded: &Encoded, earlier: Option<&Encoded>) -> String {
     let count = words::count(encoded.encoding.functions().len() as u64);
     let [max, mean, wanted] =
         [encoded.errors.max, encoded.errors.mean, encoded.source.wanted].map(words::value);
     let told = format!("{count} basis functions: greatest error {max}, mean {mean}");
+    let beyond = encoded.told_beyond_samples().into_iter();
+    let beyond: String =
+        beyond.map(|sentence| format!(". {}", words::capital(&sentence))).collect();
     let functions = encoded.encoding.functions();
     let is_as_it_was = earlier.is_some_and(|earlier| earlier.encoding.functions() == functions);
-    match (encoded.errors.max <= encoded.source.wanted, is_as_it_was) {
+    let told = match (encoded.errors.max <= encoded.source.wanted, is_as_it_was) {
         (true, false) => told,
         (true, true) => format!("{told}. They are as near as was asked for already"),
         (false, true) => format!("{told}. Nothing nearer was found"),
         (false, false) => format!("{told}. A greatest error of {wanted} takes more functions"),
-    }
+    };
+    told + &beyond
 }

@@ -37,6 +37,10 @@ pub struct EncodeFlags {
     /// [default: one for 20 samples, and else nothing is written]
     #[arg(long, value_name = "N", value_parser = values::functions, allow_hyphen_values = true)]
     pub functions: Option<usize>,
+    /// Ends after the round in which so many seconds have passed: what comes nearest until then is written, also if that is
+    /// further than --max-error. Ctrl-C writes nothing
+    #[arg(long, value_name = "T", value_parser = values::positive, allow_hyphen_values = true)]
+    pub seconds: Option<f64>,
     /// Basis: ellipsoid (Gaussians as wide as they have to be in each direction), gaussian (one width each), or
     /// multiquadric (inverse, one width each) [default: ellipsoid; with --resume that of the earlier fit]
     #[arg(long, value_name = "BASIS", value_parser = values::basis)]
@@ -88,8 +92,13 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     let encoded = {
         let _progress = Progress::of(&ticket, "Encoding");
         let what = (&input.grid, field, component);
-        encode_field(what, &input.name(), (wanted, goal), earlier.as_ref(), &ticket, |_| {
-            ControlFlow::Continue(())
+        encode_field(what, &input.name(), (wanted, goal), earlier.as_ref(), &ticket, |step| {
+            // Where there is no function yet, the first round is awaited.
+            let is_late = flags.seconds.is_some_and(|most| start.elapsed().as_secs_f64() >= most);
+            match is_late && step.functions > 0 {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
         })
     };
     let encoded = encoded.map_err(|error| failed(&error))?;
@@ -97,10 +106,10 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     let count = encoded.encoding.functions().len();
     if errors.max > wanted {
         let least = four_digits(wanted);
-        if flags.functions.is_none() {
+        if flags.functions.is_none() && flags.seconds.is_none() {
             return Err(failed(&format!(
                 "expected a greatest error of {least} at most, found that {count} functions have this: {errors}; ask for less, or \
-                 say with --functions how many may be taken: what comes nearest is written then"
+                 say with --functions how many may be taken, or with --seconds how long it may take: what comes nearest is written then"
             )));
         }
         note(&format!("a greatest error of {least} was not reached"));
@@ -115,6 +124,7 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
             }
         });
     }
+    encoded.told_beyond_samples().iter().for_each(|what| note(what));
     let bytes = vrbf::bytes(&encoded).map_err(Failure::Failed)?;
     destination.write(&bytes)?;
     if matches!(destination, Destination::File(_)) {

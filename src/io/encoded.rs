@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::rbf::{Encoding, Errors};
+use crate::rbf::{Encoding, Errors, four_digits};
 use crate::volume::Lattice;
 
 /// Functions, and what is known of them.
@@ -14,6 +14,8 @@ pub struct Encoded {
     pub errors: Errors,
     /// What they were fitted to.
     pub source: Source,
+    /// How far their sum goes beyond the range of the samples, in the middles between these; 0 where it stays within.
+    pub overshoot: f64,
 }
 
 /// What functions were fitted to.
@@ -31,6 +33,8 @@ pub struct Source {
     pub wanted: f64,
     /// Where the samples lie; of what is not evenly spaced, as many over the same box.
     pub lattice: Lattice,
+    /// Whether samples lie all over their box. Those of meshes, of bent grids and of points may not.
+    pub fills_box: bool,
     /// What the file calls its space.
     pub space: Option<String>,
     /// What lengths are given in.
@@ -50,11 +54,31 @@ pub struct Facts {
     pub mean_error: f64,
     /// The root of the mean of their squares.
     pub rms_error: f64,
+    /// How far the sum goes beyond the range of the source's samples between these.
+    pub overshoot: f64,
     /// The file that was encoded.
     pub source: String,
 }
 
 impl Encoded {
+    /// What errors at the samples do not tell of the sum, a sentence each, for people.
+    pub fn told_beyond_samples(&self) -> Vec<String> {
+        let mut told = Vec::new();
+        if !self.source.fills_box {
+            told.push(
+                "the sum goes on in the whole box about the source, also where that has no cells or points"
+                    .to_owned(),
+            );
+        }
+        if self.overshoot > self.errors.max {
+            told.push(format!(
+                "between samples the sum goes up to {} beyond the range of their values",
+                four_digits(self.overshoot)
+            ));
+        }
+        told
+    }
+
     /// What `info` tells of it.
     pub fn facts(&self) -> Facts {
         Facts {
@@ -63,6 +87,7 @@ impl Encoded {
             max_error: self.errors.max,
             mean_error: self.errors.mean,
             rms_error: self.errors.rms,
+            overshoot: self.overshoot,
             source: self.source.name.clone(),
         }
     }

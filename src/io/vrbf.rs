@@ -16,7 +16,7 @@ use super::error::{Problem, ReadError, corrupt, header, quoted, truncated, unsup
 use super::{Encoded, Format, Opened, Source, files};
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::rbf::{Basis, Encoding, Errors, Function};
+use crate::rbf::{Basis, Encoding, Errors, Function, four_digits};
 use crate::volume::{Association, Field, Grid, Lattice, Places, Samples};
 
 /// How a file begins.
@@ -26,6 +26,8 @@ const VERSION: &str = "1";
 const MOST_HEADER_BYTES: u64 = 1 << 16;
 /// A file of more is not one of these.
 const MOST_FUNCTIONS: usize = 1 << 24;
+/// Rounding below this share of the values' range is not seen, of colours in 8 bits.
+const SEEN: f64 = 1e-3;
 
 /// The line that people can read.
 #[derive(Debug, Serialize, Deserialize)]
@@ -48,6 +50,12 @@ struct Header {
     /// The samples were those of a mesh or of points, and lie elsewhere than the lattice's.
     #[serde(default)]
     scattered: bool,
+    /// Samples lie all over the box.
+    #[serde(default = "usually")]
+    fills_box: bool,
+    /// How far the sum goes beyond the range of the samples between these.
+    #[serde(default)]
+    overshoot: f64,
     dims: [usize; 3],
     spacing: [f64; 3],
     origin: [f64; 3],
@@ -55,6 +63,11 @@ struct Header {
     space: Option<String>,
     unit: Option<String>,
     crc32: u32,
+}
+
+/// Files that do not say so are of grids, or of what is [`Header::scattered`].
+fn usually() -> bool {
+    true
 }
 
 /// The same functions with the 32-bit numbers that a file holds. Stated errors are of these.
@@ -81,7 +94,7 @@ pub fn rounded(encoding: &Encoding) -> Encoding {
 /// # Errors
 /// What no JSON can hold, which are numbers that are not finite.
 pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
-    let Encoded { encoding, errors, source } = encoded;
+    let Encoded { encoding, errors, source, overshoot } = encoded;
     let [low, high] = encoding.bounds();
     let mut body = Vec::new();
     for function in encoding.functions() {
@@ -112,6 +125,8 @@ pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
         left_out: source.left_out,
         scattered: memory::checked_product(&dims.map(|n| n as u64))
             != (source.samples as u64).checked_add(source.left_out as u64),
+        fills_box: source.fills_box,
+        overshoot: *overshoot,
         dims,
         spacing: spacing.to_array(),
         origin: origin.to_array(),
@@ -160,6 +175,10 @@ pub(super) fn read(
         let places: Vec<DVec3> = own.map(|i| samples.at(i).0).collect();
         values.extend(encoded.encoding.values(&places, ticket)?.into_iter().map(|v| v as f32));
     }
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    let [least, most] =
+        finite.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+    let range = (f64::from(most) - f64::from(least)).max(0.0);
     let field = Field {
         name: source.field.clone(),
         components: 1,
@@ -175,6 +194,15 @@ pub(super) fn read(
         warnings.push(format!(
             "not finite in the source, while the sum goes on there: {} samples",
             source.left_out
+        ));
+    }
+    warnings.extend(encoded.told_beyond_samples());
+    let least_told = encoded.errors.max.max(SEEN * range);
+    if encoded.encoding.rounding() > least_told {
+        warnings.push(format!(
+            "large weights of opposite signs cancel in the sum: pictures, which are drawn in single precision, may be off by \
+             up to {}",
+            four_digits(encoded.encoding.rounding())
         ));
     }
     let grid = Grid {
@@ -273,7 +301,7 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
             "encode the source again",
         ));
     }
-    let told = [found.wanted, found.errors.max, found.errors.rms];
+    let told = [found.wanted, found.errors.max, found.errors.rms, found.overshoot];
     if let Some(error) = told.into_iter().find(|error| error.is_nan() || *error < 0.0) {
         return Err(header("errors of 0 or more", error.to_string(), "encode the source again"));
     }
@@ -309,9 +337,11 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
             left_out: found.left_out,
             wanted: found.wanted,
             lattice,
+            fills_box: found.fills_box && !found.scattered,
             space: found.space,
             unit: found.unit,
         },
+        overshoot: found.overshoot,
     })
 }
 

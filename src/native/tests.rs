@@ -189,6 +189,44 @@ fn sums_of_functions_and_their_growth_are_those_of_float64_and_lie_in_their_boun
 }
 
 #[test]
+fn what_sums_lose_of_large_opposite_weights_is_within_what_is_told_of_them() {
+    let dims = [16, 37, 18];
+    for basis in Basis::ALL {
+        let plain = volume_of_functions(dims, basis);
+        let own = plain.functions.as_ref().expect("it has some");
+        let ends = [[-0.5; 3], dims.map(|n| n as f64 - 0.5)];
+        let bounds = ends.map(|end| plain.lattice.world_from_index(DVec3::from(end)));
+        let pair = |i: usize| {
+            let place = DVec3::new(3.3, 7.1, 4.7) + DVec3::new(2.1, 5.3, 2.3) * i as f64;
+            let centre = plain.lattice.world_from_index(place);
+            let shape = DMat3::from_diagonal(DVec3::splat(0.5));
+            let one = |offset: f64, weight: f64| Function {
+                centre: centre + DVec3::X * offset,
+                shape,
+                weight,
+            };
+            [one(0.0, 1e6), one(1e-6, -1e6)]
+        };
+        for pairs in [0, 5] {
+            let functions = own.functions().iter().copied().chain((0..pairs).flat_map(pair));
+            let encoding = Encoding::new(basis, own.bias(), 0.01, functions, bounds);
+            let (told, functions) = (encoding.rounding(), Some(Arc::new(encoding.clone())));
+            let volume = Arc::new(ScalarVolume { functions, ..(*plain).clone() });
+            let lattice = lattice(&volume, Kernel::Functions);
+            let mut worst = 0.0_f64;
+            each_place(&volume, &lattice, |_, world, value, _| {
+                worst = worst.max((f64::from(value) + lattice.bias - encoding.value(world)).abs());
+            });
+            println!("measured {basis:?} {pairs}: {worst:.1e}, told {told:.1e}");
+            // FLOOR-TODO: not measured yet.
+            assert!(worst <= told, "{basis:?} {pairs}: {worst} {told}");
+            // It is no idle warning: of their difference, some tenths, much is wrong.
+            assert_eq!(worst > 0.03, pairs > 0, "{basis:?} {pairs}: {worst}");
+        }
+    }
+}
+
+#[test]
 fn means_of_ellipsoids_and_their_growth_are_those_of_float64_and_lie_in_their_bounds() {
     let dims = [16, 37, 18];
     let noise = volume(dims);

@@ -2,8 +2,10 @@
 
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, SymmetricEigen};
+use rayon::prelude::*;
 
 use super::points::Points;
+use crate::core::progress::{Cancelled, Ticket};
 
 /// Points that lie together, and their residuals.
 #[derive(Debug, Clone)]
@@ -87,6 +89,37 @@ impl Cluster {
         }
         Ok([Self::of(below, residual), Self::of(above, residual)])
     }
+}
+
+/// So many clusters, fewer only where the samples of each lie at one place. Those with the most squared error are split first.
+pub(super) fn split_into(
+    count: usize,
+    all: Cluster,
+    (points, residual): (&Points, &[f64]),
+    ticket: &Ticket,
+) -> Result<Vec<Cluster>, Cancelled> {
+    // Those that cannot be split are put aside: others still can.
+    let (mut whole, mut clusters) = (Vec::new(), vec![all]);
+    while whole.len() + clusters.len() < count && !clusters.is_empty() {
+        if ticket.is_cancelled() {
+            return Err(Cancelled);
+        }
+        // Half of them at a time, so that no long list is sorted for each.
+        let missing = count - whole.len() - clusters.len();
+        let wanted = missing.min(clusters.len().div_ceil(2));
+        clusters.sort_by(|a, b| b.energy.total_cmp(&a.energy));
+        let others = clusters.split_off(wanted);
+        let chosen = std::mem::replace(&mut clusters, others);
+        let parts = chosen.into_par_iter().map(|cluster| cluster.split(points, residual));
+        for part in parts.collect::<Vec<_>>() {
+            match part {
+                Ok(halves) => clusters.extend(halves),
+                Err(one) => whole.push(one),
+            }
+        }
+    }
+    clusters.append(&mut whole);
+    Ok(clusters)
 }
 
 /// Variances along the principal axes, least first, and these as columns.

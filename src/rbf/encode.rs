@@ -7,12 +7,13 @@ use glam::{DMat3, DVec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::cluster::{Cluster, Spread, principal};
+use super::cluster::{Cluster, Spread, principal, split_into};
 use super::encoding::{Encoding, Errors};
 use super::function::{Basis, Function};
 use super::points::Points;
 use super::refine::{Widths, refined, squared_error};
 use super::solve::{Column, least_squares};
+use crate::core::memory::{self, TooLarge};
 use crate::core::progress::{Cancelled, Ticket};
 
 /// ε, below which a function is cut off, as a share of the error asked for.
@@ -35,6 +36,8 @@ const PLACES: usize = 400;
 const DAMPING: f64 = 1e-4;
 /// Squared distance, in widths, of the samples that a shape is fitted to.
 const NEAR: f64 = 9.0;
+/// Bytes of an entry of a column: a sample's number, and a function's value there. New columns are made beside the old ones.
+const BYTES_AN_ENTRY: u64 = 2 * 8;
 /// Rounds in a row that may leave more than [`ENOUGH`] of the error before the encoder gives up.
 const PATIENCE: u32 = 6;
 
@@ -59,7 +62,7 @@ pub struct Step {
 }
 
 /// Why there is no encoding.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EncodeError {
     /// No sample is finite.
     #[error("expected at least one finite sample, found none")]
@@ -84,6 +87,9 @@ pub enum EncodeError {
         /// Of the earlier fit.
         found: Basis,
     },
+    /// Functions to go on from whose values at the samples are more than memory has room for.
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
     /// It was told to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -132,12 +138,25 @@ pub fn resume(
     ticket: &Ticket,
     told: impl FnMut(Step) -> ControlFlow<()>,
 ) -> Result<Encoding, EncodeError> {
+    resume_within(points, (start, goal), memory::free_bytes(), ticket, told)
+}
+
+/// The same within so many bytes.
+pub(super) fn resume_within(
+    points: &Points,
+    (start, goal): (&Encoding, Goal),
+    free_bytes: u64,
+    ticket: &Ticket,
+    told: impl FnMut(Step) -> ControlFlow<()>,
+) -> Result<Encoding, EncodeError> {
     if start.basis() != goal.basis {
         return Err(EncodeError::OtherBasis { expected: goal.basis, found: start.basis() });
     }
     let mut fit = Fit::new(points, goal)?;
     // Functions that ended sooner than they did would begin further off.
     fit.epsilon = fit.epsilon.min(start.epsilon());
+    let needed = fit.most_entries(start.functions()).saturating_mul(BYTES_AN_ENTRY);
+    memory::require("the functions' values at the samples", needed, free_bytes)?;
     fit.restore((start.functions().to_vec(), start.bias()));
     fitted(fit, start.clone(), true, ticket, told)
 }
@@ -241,32 +260,10 @@ impl<'a> Fit<'a> {
     }
 
     /// All samples in one cluster more than there are functions, as many as fitting these would have left; fewer where
-    /// samples lie at one place. Those with the most squared error are split first.
+    /// they lie at fewer places.
     fn clusters(&self, ticket: &Ticket) -> Result<Vec<Cluster>, Cancelled> {
-        let all = (0..self.points.len() as u32).collect();
-        let mut clusters = vec![Cluster::of(all, &self.residual)];
-        while clusters.len() <= self.functions.len() {
-            if ticket.is_cancelled() {
-                return Err(Cancelled);
-            }
-            let before = clusters.len();
-            // Half of them at a time, so that no long list is sorted for each.
-            let wanted = (self.functions.len() + 1 - before).min(before.div_ceil(2));
-            clusters.sort_by(|a, b| b.energy.total_cmp(&a.energy));
-            let others = clusters.split_off(wanted);
-            let chosen = std::mem::replace(&mut clusters, others);
-            let parts = chosen.into_par_iter().map(|cluster| {
-                match cluster.split(self.points, &self.residual) {
-                    Ok(halves) => Vec::from(halves),
-                    Err(whole) => vec![whole],
-                }
-            });
-            clusters.extend(parts.collect::<Vec<_>>().into_iter().flatten());
-            if clusters.len() == before {
-                break;
-            }
-        }
-        Ok(clusters)
+        let all = Cluster::of((0..self.points.len() as u32).collect(), &self.residual);
+        split_into(self.functions.len() + 1, all, (self.points, &self.residual), ticket)
     }
 
     /// Adds a function in each of the clusters with the largest errors, and splits these clusters.
@@ -362,11 +359,27 @@ impl<'a> Fit<'a> {
         (0..count).map(place).collect()
     }
 
-    /// A function's values at the samples that it reaches. A weight that is still small counts as e ε, so that it can grow.
+    /// The squared distance, in widths, at which a function ends. A weight that is still small counts as e ε, so that it can
+    /// grow.
+    fn reach(&self, function: &Function) -> f64 {
+        let weight = function.weight.abs().max(self.epsilon * std::f64::consts::E);
+        self.goal.basis.reach_square(weight, self.epsilon).unwrap_or_default()
+    }
+
+    /// Entries that the columns of functions have together, at most: of all samples in the boxes about them.
+    fn most_entries(&self, functions: &[Function]) -> u64 {
+        let of_one = |function: &Function| -> u64 {
+            let half = function.half_box(self.reach(function));
+            let ranges = self.points.in_box(function.centre - half, function.centre + half);
+            ranges.map(|range| range.len() as u64).sum()
+        };
+        functions.par_iter().map(of_one).sum()
+    }
+
+    /// A function's values at the samples that it reaches.
     fn column(&self, function: &Function) -> Column {
         let basis = self.goal.basis;
-        let weight = function.weight.abs().max(self.epsilon * std::f64::consts::E);
-        let reach = basis.reach_square(weight, self.epsilon).unwrap_or_default();
+        let reach = self.reach(function);
         let half = function.half_box(reach);
         let mut column = Column::default();
         for range in self.points.in_box(function.centre - half, function.centre + half) {

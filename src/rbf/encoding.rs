@@ -19,6 +19,8 @@ const MOST_KEPT: f64 = 0.8;
 const DEEPEST: u32 = 7;
 /// Places that are evaluated between two looks at the ticket.
 const A_PART: usize = 4096;
+/// What a term of a sum in single precision is off by, in ε of that precision, besides what moves it.
+const TERM_ROUNDING: f64 = 4.0;
 
 /// How far a sum is from the samples, in their units.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -158,24 +160,50 @@ impl Encoding {
     /// The value at a place; not a number where none is. Beyond the box, where there is no tree, all functions of a sum are
     /// looked at; none of a mean reaches there.
     pub fn value(&self, at: DVec3) -> f64 {
-        let mut bounds = self.bounds;
-        if at.cmplt(bounds[0]).any() || at.cmpgt(bounds[1]).any() {
+        let [low, high] = self.bounds;
+        if at.cmplt(low).any() || at.cmpgt(high).any() {
             return match self.blend {
                 Blend::Sum => self.blended(0..self.functions.len(), at),
                 Blend::Mean => f64::NAN,
             };
         }
-        let mut cell = self.tree();
-        let list = loop {
+        self.blended(self.near(at).iter().map(|i| *i as usize), at)
+    }
+
+    /// The functions that may reach a place in the box.
+    fn near(&self, at: DVec3) -> &[u32] {
+        let (mut cell, mut bounds) = (self.tree(), self.bounds);
+        loop {
             match cell {
-                Cell::Leaf(list) => break list,
+                Cell::Leaf(list) => return list,
                 Cell::Split(cells) => {
                     let index = part_of(bounds, at);
                     (cell, bounds) = (&cells[index], part(bounds, index));
                 }
             }
+        }
+    }
+
+    /// About how far sums in single precision are off at most, as engines draw them: the greatest Σ |wᵢ| φᵢ ε at any function's
+    /// centre, where ε is also what rounding places across the box moves them by, up a function's steepest flank. Where weights
+    /// of opposite signs cancel it may be more than what is left of the sum.
+    pub fn rounding(&self) -> f64 {
+        let [low, high] = self.bounds;
+        let [steepest, _] = self.basis.steepest(0.0);
+        let size = high - low;
+        let term = |function: &Function| {
+            let across = |axis: usize| function.shape.col(axis).length() * size[axis];
+            let widths = across(0).max(across(1)).max(across(2));
+            function.weight.abs() * (TERM_ROUNDING + steepest * widths)
         };
-        self.blended(list.iter().map(|i| *i as usize), at)
+        let terms: Vec<f64> = self.functions.iter().map(term).collect();
+        let at_centre = |function: &Function| -> f64 {
+            let at = function.centre.clamp(low, high);
+            let near = self.near(at).iter().map(|i| *i as usize);
+            near.map(|i| terms[i] * self.phi(i, at)).sum()
+        };
+        let greatest = self.functions.par_iter().map(at_centre).reduce(|| 0.0, f64::max);
+        greatest * f64::from(f32::EPSILON)
     }
 
     /// What some functions make of a place.

@@ -5,8 +5,10 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use glam::{DMat3, DVec3};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix3};
 
+use super::cluster::{Cluster, split_into};
+use super::encode::resume_within;
 use super::refine::derivatives;
 use super::solve::{Column, least_squares};
 use super::*;
@@ -149,6 +151,123 @@ fn columns_that_are_the_same_share_what_they_stand_for() {
     let weights = least_squares(&columns, &[2.0, 4.0, 2.0, 0.0], 1e-4);
     assert!((weights[0] - 1.0).abs() < 1e-3 && (weights[1] - 1.0).abs() < 1e-3, "{weights:?}");
     assert_eq!(weights[2], 0.0, "one that reaches nothing");
+}
+
+#[test]
+fn columns_that_are_nearly_the_same_get_no_huge_opposite_weights() {
+    // Two Gaussians, a hundred-thousandth of their width apart, are to be a residual that only their difference is.
+    let values = |shift: f64| -> Vec<f32> {
+        (0..60)
+            .map(|i| (-0.5 * ((f64::from(i) - 30.0) / 8.0 - shift).powi(2)).exp() as f32)
+            .collect()
+    };
+    let column = |shift| Column { points: (0..60).collect(), values: values(shift) };
+    let columns = [column(0.0), column(1e-5)];
+    let pairs = columns[0].values.iter().zip(&columns[1].values);
+    let difference: Vec<f64> = pairs.map(|(a, b)| f64::from(*a) - f64::from(*b)).collect();
+    let length = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let right: Vec<f64> = difference.iter().map(|v| v / length(&difference)).collect();
+    let size = |damping: f64| {
+        let weights = least_squares(&columns, &right, damping);
+        weights[0].abs() + weights[1].abs()
+    };
+    // Measured: 187 and 75110. With damping λ no change is longer than that of the residual by 1/2λ.
+    let (damped, free) = (size(1e-4), size(0.0));
+    let norm = length(&columns[0].values.iter().map(|v| f64::from(*v)).collect::<Vec<_>>());
+    assert!(damped <= 2.0_f64.sqrt() / 2e-4 / norm, "{damped}");
+    assert!(free > 100.0 * damped, "{free} {damped}");
+}
+
+#[test]
+fn weights_of_a_fit_do_not_grow_against_each_other() {
+    // What two opposite Gaussians are best that lie as near to each other as can be, and what nothing is.
+    let dipole = |at: DVec3| {
+        let offset = at - 5.5;
+        offset.x * (-0.5 * offset.length_squared() / 4.0).exp()
+    };
+    let mut next = random();
+    let noise: Vec<f64> = (0..1000).map(|_| next()).collect();
+    let cases: [(&str, Vec<f64>); 2] =
+        [("dipole", lattice(12).map(dipole).collect()), ("noise", noise)];
+    for (name, values) in cases {
+        let side = (values.len() as f64).cbrt().round() as usize;
+        let points = Points::new(lattice(side).zip(values.iter().copied()));
+        let [low, high] = values
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
+        for basis in Basis::ALL {
+            let goal = Goal { basis, max_error: 1e-4 * (high - low), functions: 60 };
+            let encoding = encoded(&points, goal);
+            let sizes = |at: &DVec3| -> f64 {
+                let size = |f: &Function| f.weight.abs() * basis.of_square(f.square(*at));
+                encoding.functions().iter().map(size).sum()
+            };
+            let most = points.positions().iter().map(sizes).fold(0.0, f64::max);
+            let ratio = most / (high - low);
+            println!("measured {name} {basis:?}: {ratio}");
+            // FLOOR-TODO: not measured yet.
+            assert!(ratio < 100.0, "{name} {basis:?}: {ratio}");
+        }
+    }
+}
+
+#[test]
+fn no_width_is_below_the_sampling_or_beyond_the_box() {
+    // A spike would have a width of 0, a ramp one without end.
+    let spike = |at: DVec3| f64::from(u8::from(at == DVec3::new(5.0, 6.0, 4.0)));
+    let ramp = |at: DVec3| at.x + 0.5 * at.y;
+    let fields: [(&str, &dyn Fn(DVec3) -> f64); 2] = [("spike", &spike), ("ramp", &ramp)];
+    for (name, field) in fields {
+        let points = Points::new(lattice(12).map(|at| (at, field(at))));
+        let [low, high] = points.bounds();
+        let (least, most) = (0.5 * points.spacing(), (high - low).length());
+        for basis in Basis::ALL {
+            let goal = Goal { basis, max_error: 1e-3, functions: 40 };
+            let encoding = encoded(&points, goal);
+            assert!(!encoding.functions().is_empty(), "{name} {basis:?}");
+            for function in encoding.functions() {
+                let shape = Matrix3::from_column_slice(&function.shape.to_cols_array());
+                for singular in shape.svd(false, false).singular_values.iter() {
+                    let width = singular.recip();
+                    let is_allowed = width > least * (1.0 - 1e-6) && width < most * (1.0 + 1e-6);
+                    assert!(is_allowed, "{name} {basis:?}: {width} of {least} to {most}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cluster_without_points_or_of_one_place_is_not_split() {
+    let points = Points::new([(DVec3::ONE, 2.0), (DVec3::ONE, 3.0), (DVec3::ONE, -1.0)]);
+    let residual = [2.0, 3.0, -1.0];
+    let empty = Cluster::of(Vec::new(), &residual);
+    assert_eq!((empty.energy, empty.worst), (0.0, (0.0, 0)));
+    let spread = empty.spread(&points, &residual);
+    assert_eq!((spread.mean, spread.covariance), (DVec3::ONE, DMat3::ZERO));
+    let whole = empty.split(&points, &residual).expect_err("it has no halves");
+    assert!(whole.points.is_empty());
+    // One of the halves would be empty.
+    let one = Cluster::of(vec![0, 1, 2], &residual);
+    let whole = one.split(&points, &residual).expect_err("it has no halves");
+    assert_eq!((whole.points, whole.energy), (vec![0, 1, 2], 14.0));
+}
+
+#[test]
+fn many_samples_at_one_place_keep_no_other_cluster_from_being_split() {
+    // The pile has the most squared error of all, and cannot be split.
+    let pile = (0..30).map(|i| (DVec3::new(50.0, 0.0, 0.0), f64::from(i % 2) * 200.0 - 100.0));
+    let points = Points::new(pile.chain(lattice(3).map(|at| (at, at.x))));
+    let residual = points.values().to_vec();
+    for (count, expected) in [(1, 1), (2, 2), (20, 20), (100, 28)] {
+        let all = Cluster::of((0..57).collect(), &residual);
+        let found = split_into(count, all, (&points, &residual), &Ticket::new());
+        let found = found.expect("nobody stops it");
+        assert_eq!(found.len(), expected, "27 places and the pile's");
+        let mut held: Vec<u32> = found.into_iter().flat_map(|cluster| cluster.points).collect();
+        held.sort_unstable();
+        assert_eq!(held, (0..57).collect::<Vec<u32>>(), "each point once");
+    }
 }
 
 #[test]
@@ -375,8 +494,8 @@ fn a_paused_fit_waits_and_wakes_for_a_cancel() {
             ticket.pause(false);
         }
         let end = ended.recv_timeout(Duration::from_secs(60)).expect("it wakes");
-        let is_as_asked_for = match end {
-            Ok(functions) => !is_cancelled && functions > 0,
+        let is_as_asked_for = match &end {
+            Ok(functions) => !is_cancelled && *functions > 0,
             Err(error) => is_cancelled && matches!(error, EncodeError::Cancelled(_)),
         };
         assert!(is_as_asked_for, "{end:?}");
@@ -480,6 +599,78 @@ fn a_fit_that_has_all_functions_that_it_may_have_is_refined_all_the_same() {
     assert!(again.functions().len() <= start.functions().len());
     let [before, after] = [&start, &again].map(|encoding| errors_of(encoding, &points));
     assert!(after.rms < 0.9 * before.rms && after.max <= before.max, "{before:?}, {after:?}");
+}
+
+#[test]
+fn functions_with_more_values_at_the_samples_than_memory_holds_are_refused() {
+    let points = Points::new(lattice(10).map(|at| (at, rough(at))));
+    let goal = Goal { functions: 30, ..GOAL };
+    let fit = encoded(&points, goal);
+    let reached = |(function, reach): (&Function, &f64)| {
+        points.positions().iter().filter(|at| function.square(**at) <= *reach).count() as u64
+    };
+    let entries: u64 = fit.functions().iter().zip(fit.reaches()).map(reached).sum();
+    assert!(entries > 1000, "{entries}");
+    let within = |free_bytes| {
+        let told = |_| ControlFlow::Continue(());
+        resume_within(&points, (&fit, goal), free_bytes, &Ticket::new(), told)
+    };
+    // A number of four bytes and a value of four.
+    let refused = within(8 * entries - 1).expect_err("too many");
+    assert!(matches!(refused, EncodeError::TooLarge(_)), "{refused}");
+    let told = refused.to_string();
+    assert!(told.starts_with("expected the functions' values") && !told.contains('\n'), "{told}");
+    assert!(within(u64::MAX).is_ok());
+}
+
+#[test]
+fn stated_errors_are_those_of_all_functions_at_all_samples() {
+    let points = Points::new(lattice(10).map(|at| (at, rough(at))));
+    for basis in Basis::ALL {
+        let encoding = encoded(&points, Goal { basis, functions: 20, ..GOAL });
+        let stated = errors_of(&encoding, &points);
+        let (mut max, mut sum, mut squares) = (0.0_f64, 0.0, 0.0);
+        for (at, value) in points.positions().iter().zip(points.values()) {
+            let mut own = encoding.bias();
+            for function in encoding.functions() {
+                let reach = basis.reach_square(function.weight, encoding.epsilon());
+                let square = function.square(*at);
+                if reach.is_some_and(|reach| square <= reach) {
+                    own += function.weight * basis.of_square(square);
+                }
+            }
+            let off = (own - value).abs();
+            (max, sum, squares) = (max.max(off), sum + off, squares + off * off);
+        }
+        let count = points.len() as f64;
+        let expected = [max, sum / count, (squares / count).sqrt()];
+        for (stated, expected) in [stated.max, stated.mean, stated.rms].into_iter().zip(expected) {
+            assert!(
+                (stated - expected).abs() < 1e-10 && expected > 0.0,
+                "{basis:?}: {stated} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_single_precision_loses_is_told_by_the_weights_that_cancel() {
+    let shape = DMat3::from_diagonal(DVec3::splat(0.5));
+    let one = |x: f64, weight| Function { centre: DVec3::new(x, 4.0, 4.0), shape, weight };
+    let of = |functions: &[Function]| {
+        let bounds = [DVec3::ZERO, DVec3::splat(8.0)];
+        Encoding::new(Basis::Gaussian, 0.0, 1e-3, functions.iter().copied(), bounds).rounding()
+    };
+    assert_eq!(of(&[]), 0.0);
+    let alone = of(&[one(4.0, 1.0)]);
+    // ε, by what a term is off by and by what it is moved by over four widths.
+    let expected = (4.0 + 4.0 * (-0.5_f64).exp()) * f64::from(f32::EPSILON);
+    assert!((alone / expected - 1.0).abs() < 1e-12, "{alone} {expected}");
+    let pair = [one(4.0, 1e6), one(4.0 + 1e-6, -1e6)];
+    assert!((of(&pair) / (2e6 * alone) - 1.0).abs() < 1e-6, "{}", of(&pair));
+    // What does not reach the box counts for nothing in it.
+    let beyond = of(&[one(4.0, 1.0), one(-20.0, 5.0)]);
+    assert_eq!(beyond, alone);
 }
 
 #[test]

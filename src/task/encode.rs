@@ -9,7 +9,7 @@ use crate::core::memory::{self, TooLarge};
 use crate::core::{Cancelled, Ticket};
 use crate::io::{Encoded, Source, vrbf};
 use crate::rbf::{EncodeError, Encoding, Errors, Goal, Points, Step, encode, four_digits, resume};
-use crate::volume::{Component, Field, Grid, Samples, VolumeError};
+use crate::volume::{Component, Field, Grid, Samples, Shape, VolumeError};
 
 /// Bytes that fitting takes for each sample: its place (of uneven grids with the steps about it), its value and residual, and
 /// its entries in the columns of some fifty functions that reach it.
@@ -25,6 +25,9 @@ const SAME_ERROR: f64 = 0.01;
 const ROUNDING: f64 = 1e-9;
 /// The same of the boxes' corners, as a part of their diagonal.
 const SAME_PLACE: f64 = 1e-6;
+
+/// Middles between samples that are looked at for what goes beyond these, at most.
+const MOST_MIDDLES: usize = 1 << 20;
 
 /// Why there is no encoding of a field.
 #[derive(Debug, thiserror::Error)]
@@ -115,6 +118,7 @@ pub fn encode_field(
         left_out: points.left_out(),
         wanted: max_error,
         lattice,
+        fills_box: matches!(grid.shape, Shape::Affine | Shape::Rectilinear(_)),
         space: grid.space.clone(),
         unit: grid.unit.clone(),
     };
@@ -142,7 +146,11 @@ pub fn encode_field(
             }
         }
     };
-    Ok(Encoded { encoding, errors, source })
+    let middles = grid.middles(field.association, &samples, MOST_MIDDLES);
+    let between = encoding.values(&middles, ticket)?;
+    let beyond = between.iter().map(|value| (value - high).max(low - value));
+    let overshoot = beyond.fold(0.0, f64::max);
+    Ok(Encoded { encoding, errors, source, overshoot })
 }
 
 /// Whether an earlier fit was made of as many samples, in the same box.
@@ -214,7 +222,7 @@ pub fn residual(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rbf::Basis;
+    use crate::rbf::{Basis, Function};
     use crate::volume::{Association, Lattice, Places};
 
     const GOAL: Goal = Goal { basis: Basis::Ellipsoid, max_error: 0.0, functions: 12 };
@@ -267,6 +275,87 @@ mod tests {
         assert_eq!(again.expect("nobody stops it"), more.errors);
     }
 
+    /// Sums of functions at the points of a lattice, which their fit therefore is without error.
+    fn exact(functions: &[Function]) -> (Grid, Encoded) {
+        let lattice = Lattice::unit([6; 3]);
+        let places = Places::Lattice(lattice);
+        let bounds = [DVec3::ZERO, DVec3::splat(5.0)];
+        let functions = functions.iter().copied();
+        let encoding = Encoding::new(Basis::Gaussian, 1.0, 1e-9, functions, bounds);
+        let samples = (0..216).map(|i| encoding.value(places.at(i).0)).collect();
+        let field = Field {
+            name: "sum".to_owned(),
+            components: 1,
+            association: Association::Point,
+            samples: Arc::new(Samples::Float64(samples)),
+        };
+        let source = Source {
+            name: "sum.nrrd".to_owned(),
+            field: "sum".to_owned(),
+            samples: 216,
+            left_out: 0,
+            wanted: 1e-6,
+            lattice,
+            fills_box: true,
+            space: None,
+            unit: None,
+        };
+        (
+            Grid::of(lattice, vec![field]),
+            Encoded { encoding, errors: Errors::default(), source, overshoot: 0.0 },
+        )
+    }
+
+    #[test]
+    fn what_a_sum_does_between_samples_is_told() {
+        let narrow = |x: f64, weight: f64| Function {
+            centre: DVec3::new(x, 2.5, 2.5),
+            shape: glam::DMat3::from_diagonal(DVec3::splat(2.0)),
+            weight,
+        };
+        let goal = Goal { basis: Basis::Gaussian, ..GOAL };
+        let again = |functions: &[Function]| {
+            let (grid, fit) = exact(functions);
+            fitted(&grid, (Wanted::Units(1e-6), goal), Some(&fit)).expect("of the same field")
+        };
+        // Widths of half a step, in the middle of a cell: e^−1.5 is left of each at the nearest samples.
+        let left = (-1.5_f64).exp();
+        for (weight, sign) in [(8.0, 1.0), (-8.0, -1.0)] {
+            let told = again(&[narrow(2.5, weight)]);
+            assert!(told.errors.max < 1e-12, "{:?}", told.errors);
+            let expected = sign * weight * (1.0 - left);
+            assert!((told.overshoot - expected).abs() < 1e-9, "{} {expected}", told.overshoot);
+            let said = told.told_beyond_samples();
+            assert!(said.len() == 1 && said[0].contains("between samples"), "{said:?}");
+        }
+        // On a sample it is nowhere greater than there.
+        let on_a_sample = Function { centre: DVec3::splat(3.0), ..narrow(3.0, 8.0) };
+        let told = again(&[on_a_sample]);
+        assert_eq!(told.overshoot, 0.0);
+        assert!(told.told_beyond_samples().is_empty(), "{:?}", told.told_beyond_samples());
+    }
+
+    #[test]
+    fn who_is_not_all_over_a_box_is_told_that_the_sum_is() {
+        let wide = Function {
+            centre: DVec3::splat(2.0),
+            shape: glam::DMat3::from_diagonal(DVec3::splat(0.5)),
+            weight: 3.0,
+        };
+        let bent = |i: usize| {
+            let at = Places::Lattice(Lattice::unit([6; 3])).at(i).0;
+            DVec3::new(at.x, at.y + 0.04 * at.x * (5.0 - at.x), at.z)
+        };
+        let (mut grid, _) = exact(&[wide]);
+        let goal = (Wanted::Percent(20.0), Goal { functions: 20, ..GOAL });
+        let plain = fitted(&grid, goal, None).expect("samples");
+        assert!(plain.source.fills_box);
+        grid.shape = Shape::Curvilinear((0..216).map(bent).collect());
+        let bent = fitted(&grid, goal, None).expect("samples");
+        let said = bent.told_beyond_samples();
+        assert!(!bent.source.fills_box && said[0].contains("in the whole box"), "{said:?}");
+    }
+
     #[test]
     fn a_goal_that_is_reached_already_leaves_the_functions_as_they_are() {
         let grid = grid(10);
@@ -305,7 +394,7 @@ mod tests {
         assert!(told.contains("that the earlier fit tells of itself"), "{told}");
         // As near at the worst of them, but not at all.
         let errors = Errors { rms: 2.0 * fit.errors.rms, ..fit.errors };
-        let other = Encoded { encoding: fit.encoding.clone(), errors, source: fit.source.clone() };
+        let other = Encoded { errors, ..fit.clone() };
         let told = refused(&own, &other, GOAL);
         assert!(told.contains("that the earlier fit tells of itself"), "{told}");
         let told = refused(&own, &fit, Goal { basis: Basis::Gaussian, ..GOAL });

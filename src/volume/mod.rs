@@ -11,6 +11,7 @@ mod derived;
 mod error;
 mod grid;
 mod joint;
+mod middles;
 mod resample;
 mod samples;
 mod scattered;

@@ -33,6 +33,7 @@ fn encoded(basis: Basis) -> Encoded {
             samples: 23,
             left_out: 1,
             wanted: 0.3,
+            fills_box: true,
             lattice: Lattice {
                 dims: [4, 3, 2],
                 spacing: DVec3::new(1.0, 2.0, 2.0),
@@ -42,6 +43,7 @@ fn encoded(basis: Basis) -> Encoded {
             space: Some("left-posterior-superior".to_owned()),
             unit: Some("mm".to_owned()),
         },
+        overshoot: 0.0,
     }
 }
 
@@ -65,7 +67,65 @@ fn what_is_written_is_read() {
         assert_eq!(read.encoding.epsilon(), 1e-3);
         assert_eq!(read.encoding.bounds(), original.encoding.bounds());
         assert_eq!((read.errors, read.source), (original.errors, original.source), "{basis:?}");
+        assert_eq!(read.overshoot, original.overshoot);
     }
+}
+
+#[test]
+fn what_errors_at_the_samples_do_not_tell_is_said_where_it_is_opened() {
+    let warnings = |encoded: &Encoded| {
+        let (_folder, path) = written(&vrbf::bytes(encoded).unwrap());
+        let read = vrbf::load(&path).unwrap();
+        assert_eq!(read.overshoot, encoded.overshoot);
+        assert_eq!(read.source.fills_box, encoded.source.fills_box);
+        let opened = open(&path, &OpenOptions::default(), &Ticket::new()).unwrap();
+        assert_eq!(opened.encoding.unwrap().overshoot, encoded.overshoot);
+        opened.warnings[2..].to_vec()
+    };
+    let plain = encoded(Basis::Ellipsoid);
+    assert!(warnings(&plain).is_empty(), "{:?}", warnings(&plain));
+    // Its greatest error is 0.25.
+    assert!(warnings(&Encoded { overshoot: 0.24, ..plain.clone() }).is_empty());
+    let beyond = warnings(&Encoded { overshoot: 0.5, ..plain.clone() });
+    assert!(beyond.len() == 1 && beyond[0].contains("up to 0.5 beyond the range"), "{beyond:?}");
+    let mut bent = plain.clone();
+    bent.source.fills_box = false;
+    let box_ = warnings(&bent);
+    assert!(box_.len() == 1 && box_[0].contains("in the whole box"), "{box_:?}");
+
+    // Of another two, a ten-thousandth of a width apart, little is left but their rounding.
+    let own = &plain.encoding;
+    let pair = |weight: f64, apart: f64| {
+        let first = own.functions()[0];
+        Function { centre: first.centre + DVec3::X * apart, weight, ..first }
+    };
+    let functions = own.functions().iter().copied();
+    let functions = functions.chain([pair(1e6, 0.0), pair(-1e6, 1e-4)]);
+    let encoding = Encoding::new(own.basis(), own.bias(), own.epsilon(), functions, own.bounds());
+    let cancelling = warnings(&Encoded { encoding, ..plain });
+    assert!(
+        cancelling.len() == 1 && cancelling[0].contains("in single precision"),
+        "{cancelling:?}"
+    );
+}
+
+/// Files of before hold neither how far the sum goes between samples nor whether these fill their box.
+#[test]
+fn files_that_do_not_say_what_is_between_samples_open_all_the_same() {
+    let without = |bytes: &[u8]| {
+        let text = String::from_utf8_lossy(bytes).into_owned();
+        let text = text.replacen(",\"fills_box\":true,\"overshoot\":0.0", "", 1);
+        let line_end = text.match_indices('\n').nth(1).unwrap().0;
+        let old_end =
+            bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(1).unwrap().0;
+        [text[..line_end].as_bytes(), &bytes[old_end..]].concat()
+    };
+    let valid = vrbf::bytes(&encoded(Basis::Gaussian)).unwrap();
+    let old = without(&valid);
+    assert!(old.len() < valid.len(), "they were there");
+    let (_folder, path) = written(&old);
+    let read = vrbf::load(&path).unwrap();
+    assert_eq!((read.overshoot, read.source.fills_box), (0.0, true));
 }
 
 #[test]
@@ -110,7 +170,7 @@ fn damage_is_refused_in_one_sentence() {
     };
     let mut flipped = valid.clone();
     flipped[body + 3] ^= 1;
-    let cases: [(&str, Vec<u8>, &str); 11] = [
+    let cases: [(&str, Vec<u8>, &str); 12] = [
         ("cut short", valid[..valid.len() - 1].to_vec(), "40 bytes of functions"),
         ("too long", [&valid[..], b"x"].concat(), "found 41"),
         ("a flipped bit", flipped, "checksum"),
@@ -121,6 +181,7 @@ fn damage_is_refused_in_one_sentence() {
         ("an epsilon of 0", with("\"epsilon\":0.001", "\"epsilon\":0.0"), "finite functions"),
         ("other samples", with("\"dims\":[4,3,2]", "\"dims\":[4,3,9]"), "as many samples"),
         ("a negative error", with("\"wanted\":", "\"wanted\":-"), "errors of 0 or more"),
+        ("a negative overshoot", with("\"overshoot\":", "\"overshoot\":-1"), "errors of 0 or more"),
         ("no lattice", with("\"dims\":[4,3,2]", "\"dims\":[0,3,2]"), "expected"),
     ];
     for (name, bytes, words) in cases {

@@ -1,12 +1,16 @@
 //! Encoding the open field as basis functions.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use voxsplat::io::Encoded;
 use voxsplat::kernel::Kernel;
+use voxsplat::rbf::Errors;
 use voxsplat::scene::{Classify, Scene, SplatSettings};
+use voxsplat::volume::{Shape, demo};
 
 use super::press;
 use crate::ui_support::Bench;
@@ -87,24 +91,88 @@ fn what_functions_leave_is_a_field_and_going_back_finds_them_again() {
     bench.wait_until(|window| window.scene().is_some_and(has_functions));
 }
 
+/// Saves the functions, for which a name is suggested, at a path; what the file holds.
+fn saved(bench: &mut Bench, suggested: &str, path: &Path) -> Encoded {
+    press(bench, "Save…");
+    let field = bench.harness.get_by_label("A file that ends in .vrbf");
+    field.focus();
+    bench.harness.run_steps(2);
+    let field = bench.harness.get_by_label("A file that ends in .vrbf");
+    assert!(field.value().is_some_and(|text| text.ends_with(suggested)));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    bench.harness.get_by_label("A file that ends in .vrbf").type_text(&path.display().to_string());
+    bench.settle();
+    press(bench, "Save");
+    bench.wait_until(|_| voxsplat::io::vrbf::load(path).is_ok());
+    voxsplat::io::vrbf::load(path).expect("a file of functions")
+}
+
+#[test]
+fn a_dropped_mesh_is_encoded_and_compared_with_its_cells() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut bench = Bench::empty();
+    bench.drop_file("ring.vtu");
+    bench.wait_until(|window| !window.is_loading() && window.scene().is_some());
+    bench.settle();
+    assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
+    bench.harness.get_by_label("Basis functions").click();
+    bench.settle();
+    bench.set_slider("Greatest error", 20.0);
+    bench.set_slider("Most functions", 40.0);
+    encoded(&mut bench);
+    assert_eq!(scene(&bench).splat.kernel, Kernel::Functions);
+
+    // Independently, at the mesh's own points, from what was read.
+    let grid = demo::open("mesh", Some(4)).expect("a demo");
+    let Shape::Unstructured(cells) = &grid.shape else { panic!("a mesh") };
+    let field = &grid.fields[0];
+    let volume = scene(&bench).volume().expect("a field").clone();
+    assert_eq!(volume.name, field.name);
+    let functions = volume.functions.clone().expect("functions");
+    let points = &cells.points()[..cells.own_points()];
+    assert_eq!(points.len(), field.samples.len());
+    let off: Vec<f64> = points
+        .iter()
+        .enumerate()
+        .map(|(i, at)| (field.samples.get(i) - functions.value(*at)).abs())
+        .collect();
+    let count = off.len() as f64;
+    let found = Errors {
+        max: off.iter().copied().fold(0.0, f64::max),
+        mean: off.iter().sum::<f64>() / count,
+        rms: (off.iter().map(|d| d * d).sum::<f64>() / count).sqrt(),
+    };
+    assert!(found.max > 0.0);
+    let said = bench.window().notices().shown().last().expect("told").text.clone();
+    let [max, mean] = [found.max, found.mean].map(voxsplat::app::words::value);
+    assert!(said.contains(&format!("greatest error {max}, mean {mean}")), "{said}");
+    assert!(said.contains("in the whole box"), "{said}");
+    let told = saved(&mut bench, "ring.vrbf", &folder.path().join("ring.vrbf"));
+    assert_eq!(told.encoding.functions(), functions.functions());
+    let pairs = [
+        (told.errors.max, found.max),
+        (told.errors.mean, found.mean),
+        (told.errors.rms, found.rms),
+    ];
+    for (told, found) in pairs {
+        // Parts of the sums may be added up in another order.
+        assert!((told - found).abs() < 1e-12, "{told} {found}");
+    }
+
+    press(&mut bench, "Compare");
+    assert_eq!(scene(&bench).splat.kernel, Kernel::Functions, "the first picture");
+    let second = bench.engine.seconds().last().cloned().flatten().expect("it is asked for");
+    assert_eq!(second.scene.splat.kernel, Kernel::Cells);
+    assert!(second.scene.volume().is_some_and(|volume| volume.cells.is_some()));
+}
+
 #[test]
 fn functions_are_saved_as_a_file_that_tells_their_errors() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("some.vrbf");
     let mut bench = opened("some.nrrd");
     encoded(&mut bench);
-    press(&mut bench, "Save…");
-    let field = bench.harness.get_by_label("A file that ends in .vrbf");
-    field.focus();
-    bench.harness.run_steps(2);
-    let field = bench.harness.get_by_label("A file that ends in .vrbf");
-    assert!(field.value().is_some_and(|text| text.ends_with("some.vrbf")));
-    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    bench.harness.get_by_label("A file that ends in .vrbf").type_text(&path.display().to_string());
-    bench.settle();
-    press(&mut bench, "Save");
-    bench.wait_until(|_| path.exists());
-    let read = voxsplat::io::vrbf::load(&path).expect("a file of functions");
+    let read = saved(&mut bench, "some.vrbf", &path);
     let functions = scene(&bench).volume().and_then(|v| v.functions.clone()).expect("functions");
     assert_eq!(read.encoding.functions(), functions.functions());
 }
@@ -168,40 +236,41 @@ fn a_fit_goes_on_from_the_functions_that_there_are() {
     assert!(!is_offered(&bench));
 }
 
-/// The stand-in's file would take no time.
-#[test]
-fn a_fit_under_way_is_forgotten_where_it_is_cancelled() {
-    let mut bench = opened("some.nrrd");
-    bench.set_slider("Greatest error", 0.05);
-    press(&mut bench, "Encode");
-    bench.harness.run_steps(1);
-    if bench.shows("Cancel") {
-        bench.harness.get_all_by_label("Cancel").next().expect("shown").click();
-    }
-    bench.wait_until_gone("Enough");
-    bench.settle();
-}
-
-/// As above: where it has ended before the hand is there, nothing can be paused.
-#[test]
-fn a_paused_fit_says_so_and_is_cancelled_all_the_same() {
-    let mut bench = opened("some.nrrd");
+/// A fit that is far from its end for as long as a test may wait.
+fn under_way() -> Bench {
+    let mut bench = opened("rough.nrrd");
     bench.set_slider("Greatest error", 0.05);
     bench.set_slider("Most functions", 20_000.0);
-    bench.harness.get_by_role_and_label(Role::Button, "Encode").click();
+    press(&mut bench, "Encode");
+    assert!(bench.shows("Enough") && bench.shows("Pause"), "it is under way");
+    bench
+}
+
+#[test]
+fn a_fit_under_way_is_forgotten_where_it_is_cancelled() {
+    let mut bench = under_way();
+    assert!(bench.shows("Cancel") && !has_functions(scene(&bench)));
+    bench.harness.get_all_by_label("Cancel").next().expect("shown").click();
+    bench.wait_until_gone("Enough");
+    // Nothing comes of it later.
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    bench.settle();
+    assert!(!has_functions(scene(&bench)) && bench.shows("Encode"));
+    assert!(!bench.shows("Compare") && !bench.tells("basis functions: greatest error"));
+}
+
+#[test]
+fn a_paused_fit_says_so_and_is_cancelled_all_the_same() {
+    let mut bench = under_way();
+    press(&mut bench, "Pause");
+    assert!(bench.shows("Go on"), "it is paused");
+    assert!(bench.tells("· paused"), "beside its progress");
+    std::thread::sleep(std::time::Duration::from_millis(300));
     bench.harness.run_steps(2);
-    if bench.shows("Pause") {
-        bench.harness.get_by_role_and_label(Role::Button, "Pause").click();
-        bench.harness.run_steps(2);
-    }
-    if bench.shows("Go on") {
-        assert!(bench.tells("· paused"), "beside its progress");
-        std::thread::sleep(std::time::Duration::from_millis(300));
-        bench.harness.run_steps(2);
-        assert!(bench.shows("Go on") && !has_functions(scene(&bench)), "it waits");
-        // The one in the panel, which is drawn last of all, or the one of the job: both end it.
-        bench.harness.get_all_by_label("Cancel").last().expect("shown").click();
-    }
+    assert!(bench.shows("Go on") && !has_functions(scene(&bench)), "it waits");
+    // The one in the panel, which is drawn last of all, or the one of the job: both end it.
+    bench.harness.get_all_by_label("Cancel").last().expect("shown").click();
     bench.wait_until_gone("Go on");
     bench.settle();
+    assert!(!has_functions(scene(&bench)) && bench.shows("Encode"));
 }

@@ -437,6 +437,18 @@ impl Library for NamedFiles {
                 let warnings = warnings.map(|which| format!("the {which} thing to know")).to_vec();
                 Ok(ReadGrid { warnings, ..grid([8; 3], "noted", 1) })
             }
+            // What no few functions are: a fit of it goes on until it is told to end.
+            "rough.nrrd" => {
+                let mut rough = grid([24; 3], "rough", 1);
+                let value = |i: u32| {
+                    let mixed = i.wrapping_add(17).wrapping_mul(0x9e37_79b1);
+                    let mixed = (mixed ^ mixed >> 15).wrapping_mul(0x85eb_ca77);
+                    (mixed >> 16) as u16
+                };
+                let samples = Samples::UInt16((0..24_u32.pow(3)).map(value).collect());
+                rough.grid.fields[0].samples = Arc::new(samples);
+                Ok(rough)
+            }
             // What a first look lights.
             "faces.nrrd" => Ok(grid([8; 3], "faces", 1)),
             "demo:tornado" => {

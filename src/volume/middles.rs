@@ -1,0 +1,175 @@
+//! Places between samples: where what was fitted to these may be far from them.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Association, Grid, Places, Samples, Shape};
+use crate::cells::Cells;
+
+impl Grid {
+    /// Middles between samples that are finite, `most` of them at most, which lie evenly among all: of grids between each two,
+    /// four or eight that are next to each other; of unstructured samples on points the middles of cells (of a surface those
+    /// of its triangles), of samples on cells their points. Points that no cell joins have none.
+    pub fn middles(&self, association: Association, samples: &Samples, most: usize) -> Vec<DVec3> {
+        match &self.shape {
+            Shape::Unstructured(cells) => of_cells(cells, association, samples, most),
+            _ => half_steps(&self.places(association), samples, most),
+        }
+    }
+}
+
+/// Numbers below a count: all of them, or `most` that lie evenly. The stride is a fraction, so that it does not follow the rows
+/// of a grid.
+fn evenly(count: usize, most: usize) -> impl ParallelIterator<Item = usize> {
+    let some = count.min(most);
+    let stride = count as f64 / some.max(1) as f64;
+    (0..some).into_par_iter().map(move |k| ((k as f64 * stride) as usize).min(count - 1))
+}
+
+/// Places half a step from samples along one axis or more.
+fn half_steps(places: &Places, samples: &Samples, most: usize) -> Vec<DVec3> {
+    let [nx, ny, nz] = places.dims();
+    let halves = [nx, ny, nz].map(|n| 2 * n - 1);
+    let middle = |i: usize| {
+        let half = [i % halves[0], i / halves[0] % halves[1], i / (halves[0] * halves[1])];
+        // Where all steps are whole there is a sample.
+        half.iter().any(|steps| !steps.is_multiple_of(2)).then_some(())?;
+        let mut sum = DVec3::ZERO;
+        // Along an axis whose steps are whole both ends are the same sample.
+        for corner in 0..8_usize {
+            let [x, y, z] = [0, 1, 2].map(|axis| (half[axis] + (corner >> axis & 1)) / 2);
+            let at = (z * ny + y) * nx + x;
+            samples.get(at).is_finite().then_some(())?;
+            sum += places.at(at).0;
+        }
+        Some(sum / 8.0)
+    };
+    evenly(halves.iter().product(), most).filter_map(middle).collect()
+}
+
+/// Middles of cells, or their points.
+fn of_cells(cells: &Cells, association: Association, samples: &Samples, most: usize) -> Vec<DVec3> {
+    let points = cells.points();
+    let finite = |at: DVec3| at.is_finite().then_some(at);
+    if association == Association::Cell {
+        return evenly(cells.own_points(), most).filter_map(|i| finite(points[i])).collect();
+    }
+    // Points that splits add have no sample of their own.
+    let is_known = |corner: &u32| {
+        let corner = *corner as usize;
+        corner >= samples.len() || samples.get(corner).is_finite()
+    };
+    let middle = |corners: &[u32]| {
+        corners.iter().all(is_known).then_some(())?;
+        let sum: DVec3 = corners.iter().map(|corner| points[*corner as usize]).sum();
+        finite(sum / corners.len() as f64)
+    };
+    let solids = cells.solids();
+    if !solids.is_empty() {
+        let of_solid = |i: usize| middle(solids[i].corners());
+        return evenly(solids.len(), most).filter_map(of_solid).collect();
+    }
+    let triangles = cells.triangles();
+    let of_triangle = |i: usize| middle(&triangles[i].0);
+    evenly(triangles.len(), most).filter_map(of_triangle).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::cells::Listing;
+    use crate::volume::{Field, Lattice};
+
+    fn floats(values: &[f32]) -> Samples {
+        Samples::Float32(values.to_vec())
+    }
+
+    /// Of samples that are all there.
+    fn of(grid: &Grid, association: Association, count: usize) -> Vec<DVec3> {
+        grid.middles(association, &floats(&vec![1.0; count]), usize::MAX)
+    }
+
+    #[test]
+    fn grids_have_a_middle_between_each_two_four_and_eight_samples() {
+        let lattice = Lattice {
+            origin: DVec3::new(10.0, 0.0, 0.0),
+            spacing: DVec3::new(1.0, 2.0, 4.0),
+            ..Lattice::unit([3, 2, 2])
+        };
+        let grid = Grid::of(lattice, Vec::<Field>::new());
+        let found = of(&grid, Association::Point, 12);
+        assert_eq!(found.len(), 5 * 3 * 3 - 12);
+        assert_eq!(found[0], DVec3::new(10.5, 0.0, 0.0));
+        assert!(found.contains(&DVec3::new(11.5, 1.0, 2.0)), "amid eight");
+        assert!(found.contains(&DVec3::new(12.0, 1.0, 4.0)), "at a border");
+        // On cells there are two, and one middle between them.
+        assert_eq!(of(&grid, Association::Cell, 2), [DVec3::new(11.0, 1.0, 2.0)]);
+        let alone = Grid::of(Lattice::unit([1; 3]), Vec::new());
+        assert!(of(&alone, Association::Point, 1).is_empty());
+
+        // Beside what is not finite nothing is known.
+        let mut values = [1.0; 12];
+        values[0] = f32::NAN;
+        let beside = grid.middles(Association::Point, &floats(&values), usize::MAX);
+        assert_eq!(beside.len(), found.len() - 7, "one cell has lost all seven that touch it");
+        assert!(!beside.contains(&DVec3::new(10.5, 1.0, 2.0)));
+    }
+
+    #[test]
+    fn bent_grids_have_them_between_their_own_points() {
+        let points = [0.0, 1.0, 4.0].map(|x| DVec3::new(x, x * x, 0.0));
+        let shape = Shape::Curvilinear(points.into());
+        let grid = Grid::shaped([3, 1, 1], shape, Vec::new()).expect("a grid");
+        let expected = [DVec3::new(0.5, 0.5, 0.0), DVec3::new(2.5, 8.5, 0.0)];
+        assert_eq!(of(&grid, Association::Point, 3), expected);
+    }
+
+    #[test]
+    fn meshes_have_those_of_their_cells_and_points_alone_have_none() {
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]]
+            .map(DVec3::from);
+        let mesh = |types: Vec<u8>, starts: Vec<usize>, cells: Vec<u32>| {
+            let listing = Listing {
+                points: corners.to_vec(),
+                types,
+                starts,
+                corners: cells,
+                ..Listing::default()
+            };
+            let cells = Cells::new(listing).expect("sound cells");
+            Grid::shaped([5, 1, 1], Shape::Unstructured(Arc::new(cells)), Vec::new())
+                .expect("a grid")
+        };
+        let two = mesh(vec![10, 10], vec![0, 4, 8], vec![0, 1, 2, 3, 1, 2, 3, 4]);
+        let found = of(&two, Association::Point, 5);
+        assert_eq!(found, [DVec3::splat(0.25), DVec3::splat(0.5)]);
+        assert_eq!(of(&two, Association::Cell, 2), corners);
+        let holed = floats(&[f32::NAN, 1.0, 1.0, 1.0, 1.0]);
+        assert_eq!(two.middles(Association::Point, &holed, 9), [DVec3::splat(0.5)]);
+        let sheet = mesh(vec![5], vec![0, 3], vec![0, 1, 2]);
+        let third = 1.0 / 3.0;
+        let found = of(&sheet, Association::Point, 5);
+        assert_eq!(found.len(), 1);
+        assert!(found[0].distance(DVec3::new(third, third, 0.0)) < 1e-12, "{}", found[0]);
+        let points = mesh(Vec::new(), vec![0], Vec::new());
+        assert!(of(&points, Association::Point, 5).is_empty());
+    }
+
+    #[test]
+    fn of_many_as_many_as_asked_for_lie_all_over_the_grid() {
+        let grid = Grid::of(Lattice::unit([20; 3]), Vec::new());
+        let all = floats(&[1.0; 8000]);
+        let found = grid.middles(Association::Point, &all, 1000);
+        // One in eight of the places is a sample's.
+        assert!((800..=1000).contains(&found.len()), "{}", found.len());
+        for axis in 0..3 {
+            let half = |at: &&DVec3| at[axis] < 9.5;
+            let below = found.iter().filter(half).count() as f64 / found.len() as f64;
+            assert!((0.4..0.6).contains(&below), "{axis}: {below}");
+            let whole = found.iter().filter(|at| at[axis].fract() == 0.0).count();
+            assert!(whole > 200 && whole < found.len() - 200, "{axis}: {whole}");
+        }
+    }
+}
