@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::bricks::{self, BRICK};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use super::own::Own;
-use crate::core::{Cancelled, Ticket};
+use crate::core::{Cancelled, Ticket, mapped};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
 use crate::scene::{Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
@@ -17,6 +17,8 @@ use crate::volume::ScalarVolume;
 pub(super) const NOTHING: f32 = -3e38;
 /// Samples beyond the last row that a load of four may touch.
 const SLACK: usize = 4;
+/// Bricks between two looks at the ticket.
+const A_PART: usize = 1 << 11;
 /// The greatest number of stored samples: places among them are 32-bit integers.
 pub(super) const MOST_STORED: usize = (1 << 31) - 1;
 
@@ -205,27 +207,30 @@ impl Lattice {
     }
 
     /// Whether samples without data are in each brick, or beside it; none of it where there are no such samples.
-    pub(super) fn near_holes(&self) -> &[bool] {
-        let Some(holes) = &self.holes else { return &[] };
-        self.near_holes.get_or_init(|| {
-            let [nx, ny, _] = self.dims;
-            let has = |x: usize, y: usize, z: usize| {
-                let i = (z * ny + y) * nx + x;
-                holes[i / 32] >> (i % 32) & 1 == 1
-            };
-            let span = |b: usize, n: usize| {
-                (b * BRICK).saturating_sub(2).min(n - 1)..=(b * BRICK + BRICK).min(n - 1)
-            };
-            let bricks = self.bricks.dims;
-            (0..bricks.iter().product())
-                .into_par_iter()
-                .map(|i: usize| {
-                    let b = [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])];
-                    span(b[2], self.dims[2])
-                        .any(|z| span(b[1], ny).any(|y| span(b[0], nx).any(|x| has(x, y, z))))
-                })
-                .collect()
-        })
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn near_holes(&self, ticket: &Ticket) -> Result<&[bool], Cancelled> {
+        let Some(holes) = &self.holes else { return Ok(&[]) };
+        if let Some(known) = self.near_holes.get() {
+            return Ok(known);
+        }
+        let [nx, ny, _] = self.dims;
+        let has = |x: usize, y: usize, z: usize| {
+            let i = (z * ny + y) * nx + x;
+            holes[i / 32] >> (i % 32) & 1 == 1
+        };
+        let span = |b: usize, n: usize| {
+            (b * BRICK).saturating_sub(2).min(n - 1)..=(b * BRICK + BRICK).min(n - 1)
+        };
+        let bricks = self.bricks.dims;
+        let is_near = |i: usize| {
+            let b = [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])];
+            span(b[2], self.dims[2])
+                .any(|z| span(b[1], ny).any(|y| span(b[0], nx).any(|x| has(x, y, z))))
+        };
+        let found = mapped(bricks.iter().product(), A_PART, is_near, ticket)?;
+        Ok(self.near_holes.get_or_init(|| found))
     }
 
     /// Whether the sample nearest to a place in index space has no data.

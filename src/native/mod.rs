@@ -14,6 +14,8 @@
 mod along_solids;
 mod among;
 mod bricks;
+#[cfg(test)]
+mod cancel_tests;
 mod cells;
 mod composite;
 mod functions;
@@ -47,6 +49,7 @@ mod surfaces;
 mod table;
 #[cfg(test)]
 mod tests;
+mod threads;
 mod walk;
 mod window;
 

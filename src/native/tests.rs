@@ -38,7 +38,11 @@ fn lattice(volume: &Arc<ScalarVolume>, kernel: Kernel) -> Lattice {
     lattice_of(volume, kernel, None)
 }
 
-fn lattice_of(volume: &Arc<ScalarVolume>, kernel: Kernel, extent: Option<f64>) -> Lattice {
+pub(super) fn lattice_of(
+    volume: &Arc<ScalarVolume>,
+    kernel: Kernel,
+    extent: Option<f64>,
+) -> Lattice {
     lattice_for(volume, kernel, extent, false)
 }
 
@@ -439,7 +443,7 @@ fn gradients_are_differences_of_values() {
 }
 
 /// A scene of a ball in a field that falls off around it, less than half of which shows.
-fn scene() -> Scene {
+pub(super) fn scene() -> Scene {
     let dims = [21, 18, 25];
     let value = |i: usize| {
         let at = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
@@ -470,7 +474,7 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
         let statistics = &field.volume.statistics;
         let scalar_type = field.volume.samples.scalar_type();
         let of = Cumulative::new(&field.transfer, scalar_type, statistics, Weight::Extinction);
-        let table = Table::new(&lattice, &of, &[]);
+        let table = Table::new(&lattice, &of, &[], &Ticket::new()).expect("not cancelled");
         let rays = Rays::new(&plan, lattice.dims.map(|n| n as f64 - 0.5), &[]);
         let masks =
             Masks::new(&rays, &lattice.bricks, (lattice.dims, &table.visible), &Ticket::new())
@@ -557,7 +561,7 @@ fn opacities_over_one_are_lowered_and_counted() {
 }
 
 /// Vectors about the middle of the scene, to all sides.
-fn winds() -> VectorLayer {
+pub(super) fn winds() -> VectorLayer {
     let vectors = (0..6 * 6 * 6_u32).map(|i| {
         let angle = 0.7 * i as f32;
         glam::Vec3::new(angle.cos(), angle.sin(), 0.3) * (1 + i % 5) as f32
@@ -582,7 +586,7 @@ fn shard() -> PolygonLayer {
 }
 
 /// An engine with a plan's field, and the kernels of its first list.
-fn of_field(plan: &Plan, threads: usize) -> (super::Renderer, KernelSlabs) {
+pub(super) fn of_field(plan: &Plan, threads: usize) -> (super::Renderer, KernelSlabs) {
     let field = plan.field().expect("a field");
     let splats = plan.kernels[0].classification.levels(&Ticket::new()).expect("not cancelled");
     let slabs = KernelSlabs {
@@ -598,7 +602,7 @@ fn of_field(plan: &Plan, threads: usize) -> (super::Renderer, KernelSlabs) {
     renderer.set_field(which, stored.expect("not cancelled"));
     let (scalar_type, weight) = (volume.samples.scalar_type(), Weight::Extinction);
     let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
-    renderer.set_table(which, &of, &[]);
+    renderer.set_table(which, &of, &[], &ticket).expect("not cancelled");
     (renderer, slabs)
 }
 
@@ -611,7 +615,7 @@ fn a_cancelled_ticket_begins_no_picture_and_leaves_the_engine_well() {
     cancelled.cancel();
     let mut draw = |ticket: &Ticket| {
         renderer.begin(&plan, SlabField::Own, Some(&slabs), 5e-4, ticket)?;
-        renderer.draw_tiles(0..super::tile_count(plan.size), f64::INFINITY);
+        renderer.draw_tiles(0..super::tile_count(plan.size), f64::INFINITY, ticket)?;
         Ok(renderer.light())
     };
     let first = draw(&Ticket::new());
@@ -655,11 +659,15 @@ fn pictures_have_the_same_bits_for_any_number_of_threads() {
         let begun = renderer.begin(&plan, SlabField::Own, Some(&slabs), 5e-4, &Ticket::new());
         begun.expect("few slabs");
         let tiles = super::tile_count(plan.size);
-        assert_eq!(renderer.draw_tiles(0..tiles / 2, f64::INFINITY), tiles / 2);
+        let ticket = Ticket::new();
+        let mut some = |tiles: std::ops::Range<u32>, most_ms: f64| {
+            renderer.draw_tiles(tiles, most_ms, &ticket).expect("not cancelled")
+        };
+        assert_eq!(some(0..tiles / 2, f64::INFINITY), tiles / 2);
         // Where there is no time each thread draws one, and what was left out is drawn later.
-        let next = renderer.draw_tiles(tiles / 2..tiles, 0.0);
+        let next = some(tiles / 2..tiles, 0.0);
         assert!((1..=threads).contains(&((next - tiles / 2) as usize)), "{next}");
-        assert_eq!(renderer.draw_tiles(next..tiles, f64::INFINITY), tiles);
+        assert_eq!(some(next..tiles, f64::INFINITY), tiles);
         renderer.light()
     };
     let (one, size) = draw(1);
