@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::bricks::{self, BRICK};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use super::own::Own;
+use super::weights::{self, natural};
 use crate::core::{Cancelled, Ticket, mapped};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
 use crate::scene::{Reconstruction, SplatSettings};
@@ -360,7 +361,7 @@ impl Lattice {
             Method::BSpline => {
                 let (cell, [fx, fy, fz]) = self.cell(simd, place);
                 let at = self.stored_at(simd, cell, 1);
-                let (wx, wy, wz) = (weights(simd, fx), weights(simd, fy), weights(simd, fz));
+                let (wx, wy, wz) = (natural(simd, fx), natural(simd, fy), natural(simd, fz));
                 let [a, b, c, d] = self.rows::<S, 4, 16>(simd, at, &products(simd, wy, wz));
                 a.mul_add(wx[0], b.mul_add(wx[1], c.mul_add(wx[2], d * wx[3])))
             }
@@ -387,15 +388,7 @@ impl Lattice {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let h = [f + 1.0, f, one - f, all(simd, 2.0) - f].map(
             #[inline(always)]
-            |x| {
-                let x = x * (1.0 / self.stretch);
-                let inner = (one - x).max(zero);
-                if self.kernel == Kernel::Linear {
-                    return inner;
-                }
-                let outer = (all(simd, 2.0) - x).max(zero);
-                outer * outer * outer - inner * inner * inner * 4.0
-            },
+            |x| weights::at(simd, x * (1.0 / self.stretch), self.kernel == Kernel::Linear),
         );
         let total = h[0] + h[1] + (h[2] + h[3]);
         let is_met = total.simd_gt(zero);
@@ -487,7 +480,7 @@ impl Lattice {
         if method == Method::BSpline {
             let (cell, [fx, fy, fz]) = self.cell(simd, place);
             let at = self.stored_at(simd, cell, 1);
-            let (wx, wy, wz) = (weights(simd, fx), weights(simd, fy), weights(simd, fz));
+            let (wx, wy, wz) = (natural(simd, fx), natural(simd, fy), natural(simd, fz));
             let (sx, sy, sz) = (slopes(simd, fx), slopes(simd, fy), slopes(simd, fz));
             let dot = |r: [Lanes<S>; 4], w: [Lanes<S>; 4]| {
                 r[0].mul_add(w[0], r[1].mul_add(w[1], r[2].mul_add(w[2], r[3] * w[3])))
@@ -567,18 +560,7 @@ fn nearest<S: Simd>(simd: S, p: Lanes<S>, n: usize) -> Lanes<S> {
     (p + 0.5).floor().max(all(simd, 0.0)).min(all(simd, n as f32 - 1.0))
 }
 
-/// Weights of the four samples about a place in its cell.
-#[inline(always)]
-fn weights<S: Simd>(simd: S, f: Lanes<S>) -> [Lanes<S>; 4] {
-    let one = all(simd, 1.0);
-    let g = one - f;
-    let (f2, g2) = (f * f, g * g);
-    let sixth = 1.0 / 6.0;
-    let inner = |f: Lanes<S>, f2: Lanes<S>| f2.mul_add(f * 0.5 - 1.0, all(simd, 4.0 / 6.0));
-    [g2 * g * sixth, inner(f, f2), inner(g, g2), f2 * f * sixth]
-}
-
-/// Their derivatives.
+/// Derivatives of the weights of the four samples about a place in its cell ([`weights::natural`]).
 #[inline(always)]
 fn slopes<S: Simd>(simd: S, f: Lanes<S>) -> [Lanes<S>; 4] {
     let g = all(simd, 1.0) - f;

@@ -51,6 +51,7 @@ mod table;
 mod tests;
 mod threads;
 mod walk;
+mod weights;
 mod window;
 
 pub use nodes::Node;
