@@ -22,8 +22,10 @@ use crate::volume::{Scalar, ScalarVolume};
 use crate::with_samples;
 use rayon::prelude::*;
 
-/// Tiles in the first piece, before any was timed.
-const FIRST_TILES: u32 = 64;
+/// Tiles in the first piece, before any was timed: each piece costs a thread's start, and none is waited for to its end.
+const FIRST_TILES: u32 = 1024;
+/// And no shorter pieces are aimed at, milliseconds.
+const LEAST_PIECE_MS: f64 = 30.0;
 /// No tile is begun after so many times the time of a piece: how far a picture is, and what of it is there, is told in between.
 const LATEST: f64 = 3.0;
 
@@ -189,12 +191,13 @@ impl Drawer {
         while done < total {
             let begin = Instant::now();
             let end = (done + pace.piece()).min(total);
-            let most_ms = LATEST * observer.piece_ms();
+            let piece_ms = observer.piece_ms().max(LEAST_PIECE_MS);
+            let most_ms = LATEST * piece_ms;
             let native = &mut self.engines.native;
             let piece = |ticket: &Ticket| native.draw_tiles(done..end, most_ms, ticket);
             let end = watched_by(|| observer.is_overtaken(), piece)?;
             let took_ms = begin.elapsed().as_secs_f64() * 1e3;
-            pace.learn(f64::from(end - done), took_ms, observer.piece_ms());
+            pace.learn(f64::from(end - done), took_ms, piece_ms);
             done = end;
             let share = f64::from(done) / f64::from(total);
             if observer.piece_done(&mut self.engines, share) {
