@@ -275,13 +275,13 @@ impl Solids {
 
     /// The growth of the value per index, or what light that falls on borders takes for it.
     pub(super) fn growths(&self, for_light: bool) -> Growths<'_> {
-        // Nobody cancels a fresh ticket.
-        let ticket = Ticket::new();
+        // Nobody cancels a fresh ticket; rays ask here, so there is none where they are made.
         if for_light {
-            let made = || self.made_for_light(&ticket).unwrap_or_default();
+            let made = || self.made_for_light(&Ticket::new()).unwrap_or_default();
             return Growths::ForLight(self.lit.get_or_init(made));
         }
-        Growths::Own(self.growths.get_or_init(|| self.made_growths(&ticket).unwrap_or_default()))
+        let made = || self.made_growths(&Ticket::new()).unwrap_or_default();
+        Growths::Own(self.growths.get_or_init(made))
     }
 
     /// Makes these before rays ask for them, where it can be cancelled and all threads take part.
