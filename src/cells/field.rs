@@ -6,7 +6,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Cells, ShadingNormals};
-use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Cancelled, Looks, Ticket, mapped};
+
+/// Solids between two looks at the ticket: finding a volume takes a microsecond.
+const A_PART: usize = 1 << 12;
+/// And points.
+const A_RUN: usize = 1 << 16;
 
 /// What the numbers of a field stand on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -194,16 +199,15 @@ impl CellField {
     }
 
     fn recovered(&self, ticket: &Ticket) -> Result<Arc<[DVec3]>, Cancelled> {
-        const A_PART: usize = 1 << 12;
         let (cells, points) = (&self.cells, self.cells.points().len());
-        let volumes: Vec<f64> = (0..cells.solids().len())
-            .into_par_iter()
-            .map(
-                |solid| if self.is_there(solid) { cells.placed(solid).volume().abs() } else { 0.0 },
-            )
-            .collect();
+        let mut looks = Looks::every(ticket, A_PART);
+        let volume_of = |solid: usize| {
+            if self.is_there(solid) { cells.placed(solid).volume().abs() } else { 0.0 }
+        };
+        let volumes = mapped(cells.solids().len(), A_PART, volume_of, ticket)?;
         let mut weights = vec![0.0; points];
         for (solid, volume) in cells.solids().iter().zip(&volumes) {
+            looks.after(1)?;
             solid.corners().iter().for_each(|corner| weights[*corner as usize] += volume);
         }
         let at_points = match self.on {
@@ -211,6 +215,7 @@ impl CellField {
             On::Cells => {
                 let mut sums = vec![0.0; points];
                 for (i, (solid, volume)) in cells.solids().iter().zip(&volumes).enumerate() {
+                    looks.after(1)?;
                     let value = self.values[cells.sources()[i] as usize];
                     let share = if *volume > 0.0 { value * volume } else { 0.0 };
                     solid.corners().iter().for_each(|corner| sums[*corner as usize] += share);
@@ -222,9 +227,7 @@ impl CellField {
         };
         let mut sums = vec![DVec3::ZERO; points];
         for (i, (solid, volume)) in cells.solids().iter().zip(&volumes).enumerate() {
-            if i.is_multiple_of(A_PART) && ticket.is_cancelled() {
-                return Err(Cancelled);
-            }
+            looks.after(1)?;
             if *volume <= 0.0 {
                 continue;
             }
@@ -241,8 +244,10 @@ impl CellField {
             let growth = cells.placed(i).gradient(own, solid.kind().middle()) * *volume;
             solid.corners().iter().for_each(|corner| sums[*corner as usize] += growth);
         }
-        let mean =
-            |(sum, weight): (DVec3, &f64)| if *weight > 0.0 { sum / *weight } else { DVec3::ZERO };
-        Ok(sums.into_iter().zip(&weights).map(mean).collect())
+        let mean = |i: usize| match weights[i] {
+            weight if weight > 0.0 => sums[i] / weight,
+            _ => DVec3::ZERO,
+        };
+        Ok(mapped(points, A_RUN, mean, ticket)?.into())
     }
 }

@@ -3,10 +3,9 @@
 use std::ops::RangeInclusive;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Cells;
-use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Cancelled, Looks, Ticket, mapped};
 
 /// Boxes along an axis, at most.
 const MOST_ALONG: f64 = 256.0;
@@ -14,8 +13,12 @@ const MOST_ALONG: f64 = 256.0;
 const BOXES_A_SOLID: f64 = 2.0;
 /// Entries of all lists for each solid, at most; boxes are larger where they would be more.
 const MOST_ENTRIES_A_SOLID: usize = 64;
-/// Solids placed between two looks at the ticket.
-const A_PART: usize = 1 << 12;
+/// Solids placed, or boxes touched, between two looks at the ticket.
+const A_PART: usize = 1 << 14;
+/// A solid is as much work as so many boxes.
+const A_SOLID: usize = 8;
+/// Sums between two looks at it.
+const A_RUN: usize = 1 << 20;
 
 /// The solids of cells in the index space of a lattice, and which of them touch each box of it.
 ///
@@ -50,41 +53,51 @@ impl Listed {
         is_there: impl Fn(usize) -> bool,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let points: Vec<DVec3> = cells.points().par_iter().map(|p| index_from_world(*p)).collect();
-        let there: Vec<u32> =
-            (0..cells.solids().len() as u32).filter(|i| is_there(*i as usize)).collect();
-        let bounds: Vec<[DVec3; 2]> = there
-            .par_iter()
-            .map(|i| {
-                let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-                let corners = cells.solids()[*i as usize].corners().iter();
-                corners.fold(none, |[low, high], corner| {
-                    let point = points[*corner as usize];
-                    [low.min(point), high.max(point)]
-                })
+        let mut looks = Looks::every(ticket, A_PART);
+        let world = cells.points();
+        let points = mapped(world.len(), A_PART, |i| index_from_world(world[i]), ticket)?;
+        let mut there = Vec::with_capacity(cells.solids().len());
+        for solid in 0..cells.solids().len() {
+            looks.after(1)?;
+            if is_there(solid) {
+                there.push(solid as u32);
+            }
+        }
+        let bounds_of = |i: usize| {
+            let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+            let corners = cells.solids()[there[i] as usize].corners().iter();
+            corners.fold(none, |[low, high], corner| {
+                let point = points[*corner as usize];
+                [low.min(point), high.max(point)]
             })
-            .collect();
-        let (edge, boxes) = boxes_for(&bounds, dims);
-        let mut starts = vec![0_u32; boxes.iter().product::<usize>() + 1];
-        let look = |i: usize| match i.is_multiple_of(A_PART) && ticket.is_cancelled() {
-            true => Err(Cancelled),
-            false => Ok(()),
         };
-        for (i, bounds) in bounds.iter().enumerate() {
-            look(i)?;
-            touch(*bounds, (edge, boxes), |at| starts[at + 1] += 1);
+        let bounds = mapped(there.len(), A_PART, bounds_of, ticket)?;
+        let (edge, boxes) = boxes_for(&bounds, dims, ticket)?;
+        let mut starts = vec![0_u32; boxes.iter().product::<usize>() + 1];
+        for bounds in &bounds {
+            let mut count = A_SOLID;
+            touch(*bounds, (edge, boxes), |at| {
+                starts[at + 1] += 1;
+                count += 1;
+            });
+            looks.after(count)?;
         }
         for at in 1..starts.len() {
+            if at.is_multiple_of(A_RUN) {
+                ticket.look()?;
+            }
             starts[at] += starts[at - 1];
         }
         let mut next = starts.clone();
         let mut lists = vec![0; starts[starts.len() - 1] as usize];
-        for (i, (bounds, solid)) in bounds.iter().zip(&there).enumerate() {
-            look(i)?;
+        for (bounds, solid) in bounds.iter().zip(&there) {
+            let mut count = A_SOLID;
             touch(*bounds, (edge, boxes), |at| {
                 lists[next[at] as usize] = *solid;
                 next[at] += 1;
+                count += 1;
             });
+            looks.after(count)?;
         }
         Ok(Self { points, edge, boxes, starts, lists })
     }
@@ -103,7 +116,12 @@ impl Listed {
 }
 
 /// Samples along the edge of a box, and boxes along each axis: as fine as lists have room for.
-fn boxes_for(bounds: &[[DVec3; 2]], dims: [usize; 3]) -> (f64, [usize; 3]) {
+fn boxes_for(
+    bounds: &[[DVec3; 2]],
+    dims: [usize; 3],
+    ticket: &Ticket,
+) -> Result<(f64, [usize; 3]), Cancelled> {
+    let mut looks = Looks::every(ticket, A_PART);
     let along = dims.map(|n| n as f64);
     let wanted = (bounds.len() as f64 * BOXES_A_SOLID).max(1.0);
     let mut edge = (along.iter().product::<f64>() / wanted).cbrt();
@@ -112,13 +130,17 @@ fn boxes_for(bounds: &[[DVec3; 2]], dims: [usize; 3]) -> (f64, [usize; 3]) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "256 at most")]
         let boxes = along.map(|n| ((n / edge).ceil() as usize).max(1));
         let most = (bounds.len() * MOST_ENTRIES_A_SOLID).max(boxes.iter().product());
-        let entries = bounds.iter().try_fold(0_usize, |sum, bounds| {
+        let mut entries = 0;
+        for bounds in bounds {
+            looks.after(1)?;
             let spans = spans(*bounds, (edge, boxes));
-            let count: usize = spans.iter().map(|span| span.end() - span.start() + 1).product();
-            Some(sum + count).filter(|sum| *sum <= most)
-        });
-        if entries.is_some() || boxes == [1; 3] {
-            return (edge, boxes);
+            entries += spans.iter().map(|span| span.end() - span.start() + 1).product::<usize>();
+            if entries > most {
+                break;
+            }
+        }
+        if entries <= most || boxes == [1; 3] {
+            return Ok((edge, boxes));
         }
         edge *= 1.5;
     }

@@ -17,6 +17,8 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
+use crate::core::{Cancelled, Ticket};
+
 pub use field::{CellField, On};
 pub use finder::Finder;
 pub use listed::Listed;
@@ -267,14 +269,17 @@ impl Cells {
     }
 
     /// Triangles of the file's polygons, and of the solids' outer faces, each with the file's cell that it is of.
-    pub fn triangles(&self) -> Vec<([u32; 3], u32)> {
-        let faces = self.surface(|_| true);
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn triangles(&self, ticket: &Ticket) -> Result<Vec<([u32; 3], u32)>, Cancelled> {
+        let faces = self.surface(|_| true, ticket)?;
         let outer = faces.iter().flat_map(|face| {
             let source = self.sources[face.solid as usize];
             face.triangles().map(move |triangle| (triangle, source))
         });
         let own = self.triangles.iter().copied().zip(self.triangle_sources.iter().copied());
-        own.chain(outer).collect()
+        Ok(own.chain(outer).collect())
     }
 
     /// Whether it is a surface: polygons, and no cell with volume.

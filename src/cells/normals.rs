@@ -4,14 +4,16 @@
 use glam::DVec3;
 
 use super::{CellField, Cells, Face, Solid};
-use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Cancelled, Looks, Ticket, mapped};
 
 /// Faces that are turned to each other by less than this are parts of one smooth surface, as triangles of polygons are.
 const SOFT_DEGREES: f64 = 30.0;
 /// Faces about a point of which each is compared with all: beyond, they are flat there.
 const MOST_ABOUT: usize = 256;
-/// Points that are looked at between two looks at the ticket.
-const A_PART: usize = 1 << 12;
+/// Faces, or pairs of them, between two looks at the ticket.
+const A_PART: usize = 1 << 13;
+/// And points or solids.
+const A_RUN: usize = 1 << 16;
 
 /// What light takes for the field's growth at a corner of a solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,36 +95,31 @@ impl ShadingNormals {
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
         let cells = field.cells();
-        let outer = cells.surface(|solid| field.is_there(solid));
-        let normals =
-            growths.iter().map(|growth| ShadingNormal { growth: *growth, is_on_border: false });
+        let outer = cells.surface(|solid| field.is_there(solid), ticket)?;
+        let mut looks = Looks::every(ticket, A_PART);
+        let inner = |i: usize| ShadingNormal { growth: growths[i], is_on_border: false };
         let mut made = Self {
-            normals: normals.collect(),
+            normals: mapped(growths.len(), A_RUN, inner, ticket)?,
             faces: Vec::with_capacity(outer.len()),
             starts: Vec::with_capacity(cells.solids().len() + 1),
         };
         let strength = growths.iter().map(|growth| growth.length()).filter(|l| l.is_finite());
         let strength = strength.fold(0.0, f64::max);
         let strength = if strength > 0.0 { strength } else { 1.0 };
-        let areas: Vec<DVec3> = outer.iter().map(|face| area_of(cells, face)).collect();
-        // Numbers of points, and of the faces about them.
-        let mut about: Vec<(u32, u32)> = Vec::new();
-        for (face, number) in outer.iter().zip(0..) {
-            let [.., c, d] = face.corners;
-            let corners = &face.corners[..if c == d { 3 } else { 4 }];
-            about.extend(corners.iter().map(|corner| (*corner, number)));
-        }
-        about.sort_unstable();
+        let areas = mapped(outer.len(), A_PART, |i| area_of(cells, &outer[i]), ticket)?;
+        let about = faces_about(&outer, growths.len(), ticket)?;
         let on_border = |outwards: DVec3| ShadingNormal {
             growth: -outwards.normalize_or_zero() * strength,
             is_on_border: true,
         };
         for own in about.chunk_by(|a, b| a.0 == b.0) {
+            looks.after(own.len())?;
             let sum = own.iter().map(|(_, face)| areas[*face as usize]).sum();
             made.normals[own[0].0 as usize] = on_border(sum);
         }
         // Flat, until softened.
         for (face, area) in outer.iter().zip(&areas) {
+            looks.after(1)?;
             let solid = &cells.solids()[face.solid as usize];
             let flat = made.normals.len() as u32;
             made.normals.push(on_border(*area));
@@ -133,19 +130,21 @@ impl ShadingNormals {
             }
             made.faces.push(LitFace { number: face.number, corners });
         }
-        for (i, own) in about.chunk_by(|a, b| a.0 == b.0).enumerate() {
-            if i.is_multiple_of(A_PART) && ticket.is_cancelled() {
-                return Err(Cancelled);
-            }
+        for own in about.chunk_by(|a, b| a.0 == b.0) {
             if own.len() <= MOST_ABOUT {
+                // Each is compared with all.
+                looks.after(own.len() * own.len())?;
                 made.soften(cells, (&outer, &areas), own, on_border);
             }
         }
         for (i, face) in outer.iter().enumerate() {
+            looks.after(1)?;
             made.carry_inwards(cells, (i, face), strength);
         }
         let mut at = 0;
+        let mut looks = Looks::every(ticket, A_RUN);
         for solid in 0..cells.solids().len() {
+            looks.after(1)?;
             made.starts.push(at as u32);
             while outer.get(at).is_some_and(|face| face.solid as usize == solid) {
                 at += 1;
@@ -235,6 +234,38 @@ impl ShadingNormals {
             }
         }
     }
+}
+
+/// Numbers of points, and of the faces about them: by the points, and then by the faces.
+#[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
+fn faces_about(
+    outer: &[Face],
+    points: usize,
+    ticket: &Ticket,
+) -> Result<Vec<(u32, u32)>, Cancelled> {
+    let corners_of = |face: &Face| {
+        let [.., c, d] = face.corners;
+        face.corners.into_iter().take(if c == d { 3 } else { 4 })
+    };
+    let mut looks = Looks::every(ticket, A_RUN);
+    let mut next = vec![0_usize; points + 1];
+    for face in outer {
+        looks.after(1)?;
+        corners_of(face).for_each(|corner| next[corner as usize + 1] += 1);
+    }
+    for point in 1..next.len() {
+        next[point] += next[point - 1];
+    }
+    let mut about = vec![(0, 0); next[points]];
+    for (number, face) in outer.iter().enumerate() {
+        looks.after(1)?;
+        for corner in corners_of(face) {
+            let at = &mut next[corner as usize];
+            about[*at] = (corner, number as u32);
+            *at += 1;
+        }
+    }
+    Ok(about)
 }
 
 /// A face's area, out of its solid.

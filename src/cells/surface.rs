@@ -3,6 +3,12 @@
 use rayon::prelude::*;
 
 use super::{Cells, Solid};
+use crate::core::{Cancelled, Looks, Ticket};
+
+/// Solids, or faces, between two looks at the ticket.
+const A_PART: usize = 1 << 14;
+/// Faces that are sorted together, about.
+const A_BUCKET: usize = 1 << 12;
 
 /// A face that one solid alone has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,12 +31,16 @@ impl Face {
 
 impl Cells {
     /// The faces that belong to one solid of those that are `there`, in the solids' order.
-    pub fn surface(&self, is_there: impl Fn(usize) -> bool + Sync) -> Vec<Face> {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer faces than 2^32")]
+    pub fn surface(
+        &self,
+        is_there: impl Fn(usize) -> bool + Sync,
+        ticket: &Ticket,
+    ) -> Result<Vec<Face>, Cancelled> {
         let faces_of = |(i, solid): (usize, &Solid)| {
-            #[expect(
-                clippy::cast_possible_truncation,
-                reason = "files have fewer solids than 2^32"
-            )]
             let own = i as u32;
             let is_there = is_there(i);
             let faces = solid.kind().faces().iter().enumerate().filter(move |_| is_there);
@@ -41,15 +51,64 @@ impl Cells {
                 Some((key, Face { corners, solid: own, number }))
             })
         };
-        let mut faces: Vec<_> =
-            self.solids().par_iter().enumerate().flat_map_iter(faces_of).collect();
-        faces.par_sort_unstable_by_key(|(key, _)| *key);
-        let mut found: Vec<Face> = faces
-            .chunk_by(|a, b| a.0 == b.0)
-            .filter_map(|part| (part.len() == 1).then_some(part[0].1))
-            .collect();
-        found.sort_unstable_by_key(|face| (face.solid, face.number));
-        found
+        let mut faces: Vec<([u32; 4], Face)> = Vec::new();
+        for (part, solids) in self.solids().chunks(A_PART).enumerate() {
+            ticket.look()?;
+            let solids = solids.par_iter().enumerate();
+            let solids = solids.map(|(i, solid)| (part * A_PART + i, solid));
+            faces.par_extend(solids.flat_map_iter(faces_of));
+        }
+        // The same face twice has the same least point: sorted are only those whose least points are near each other, so that
+        // nobody waits for all of them.
+        let mut looks = Looks::every(ticket, A_PART);
+        let points = self.points().len();
+        let buckets = faces.len().div_ceil(A_BUCKET).max(1);
+        let width = points.div_ceil(buckets).max(1);
+        let bucket_of = |key: &[u32; 4]| key[0] as usize / width;
+        let mut begins = vec![0_usize; points.div_ceil(width) + 1];
+        for (key, _) in &faces {
+            looks.after(1)?;
+            begins[bucket_of(key) + 1] += 1;
+        }
+        for bucket in 1..begins.len() {
+            begins[bucket] += begins[bucket - 1];
+        }
+        let mut next = begins.clone();
+        let mut order = vec![0_u32; faces.len()];
+        for (i, (key, _)) in faces.iter().enumerate() {
+            looks.after(1)?;
+            let at = &mut next[bucket_of(key)];
+            order[*at] = i as u32;
+            *at += 1;
+        }
+        let mut rest = &mut order[..];
+        let split = begins.windows(2).map(|ends| {
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(ends[1] - ends[0]);
+            rest = others;
+            own
+        });
+        let split: Vec<&mut [u32]> = split.collect();
+        let key = |i: u32| faces[i as usize].0;
+        let lonely = split.into_par_iter().map(|own| {
+            ticket.look()?;
+            own.sort_unstable_by_key(|i| key(*i));
+            let alike = own.chunk_by(|a, b| key(*a) == key(*b));
+            Ok(alike.filter(|part| part.len() == 1).map(|part| part[0]).collect())
+        });
+        let lonely: Vec<Vec<u32>> = lonely.collect::<Result<_, Cancelled>>()?;
+        let mut is_outer = vec![false; faces.len()];
+        for i in lonely.iter().flatten() {
+            looks.after(1)?;
+            is_outer[*i as usize] = true;
+        }
+        let mut found = Vec::with_capacity(lonely.iter().map(Vec::len).sum());
+        for ((_, face), is_outer) in faces.iter().zip(is_outer) {
+            looks.after(1)?;
+            if is_outer {
+                found.push(*face);
+            }
+        }
+        Ok(found)
     }
 }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::core::assert_stops;
 use crate::core::progress::{Cancelled, Ticket};
 use glam::DMat3;
 
@@ -298,7 +299,8 @@ fn split_cells_fill_the_same_space_once_and_keep_what_is_linear() {
         }
         // No piece lies within another: their faces meet, and what is left is the hull.
         let hull: f64 = cells
-            .surface(|_| true)
+            .surface(|_| true, &Ticket::new())
+            .unwrap()
             .iter()
             .flat_map(|face| face.triangles())
             .map(|t| area(&cells, t))
@@ -467,10 +469,11 @@ fn every_place_of_a_grid_is_in_one_of_the_solids_that_are_listed_near_it() {
 #[test]
 fn the_surface_of_a_grid_has_the_faces_of_its_borders() {
     let (cells, [x, y, z]) = (waves([7, 6, 5]), [6, 5, 4]);
-    let faces = cells.surface(|_| true);
+    let faces = cells.surface(|_| true, &Ticket::new()).unwrap();
     assert_eq!(faces.len(), 2 * (x * y + y * z + z * x));
     // A hole has faces of its own.
-    assert_eq!(cells.surface(|i| i != x * y + x + 1).len(), faces.len() + 6);
+    let holed = cells.surface(|i| i != x * y + x + 1, &Ticket::new()).unwrap();
+    assert_eq!(holed.len(), faces.len() + 6);
 }
 
 #[test]
@@ -528,4 +531,57 @@ fn cells_with_their_middle_inside_another_are_counted_and_no_others() {
     let finder = Finder::new(&cubes(&[DVec3::ZERO, little]), |_| true, &ticket).unwrap();
     ticket.cancel();
     assert_eq!(finder.overlapping(&ticket), Err(Cancelled));
+}
+
+/// Hexahedra between so many points along each axis, 1 apart.
+fn grid_of_cubes(sides: usize) -> Arc<Cells> {
+    let place = |i: usize| {
+        DVec3::from([i % sides, i / sides % sides, i / (sides * sides)].map(|n| n as f64))
+    };
+    let points: Arc<[DVec3]> = (0..sides.pow(3)).map(place).collect();
+    Arc::new(Cells::of_grid(&points, [sides; 3]))
+}
+
+#[test]
+fn lists_and_surfaces_of_many_cells_are_left_off_where_a_ticket_says_so() {
+    let cells = grid_of_cubes(41);
+    let (count, points) = (cells.solids().len(), cells.points().len());
+    // Points, solids and boxes are found, and solids counted and listed, each in eight boxes or more.
+    let least = (points + 3 * count + 2 * 16 * count) >> 14;
+    assert_stops("lists", least, |ticket| {
+        Listed::new(&cells, ([41; 3], |place| place), |_| true, ticket)
+    });
+    // Faces are counted, put in buckets and taken out; buckets are sorted.
+    let faces = 6 * count;
+    assert_stops("a surface", (count + 3 * faces) / (1 << 14) + faces / (1 << 13), |ticket| {
+        cells.surface(|_| true, ticket)
+    });
+    let outer = cells.surface(|_| true, &Ticket::new()).unwrap();
+    assert_eq!(outer.len(), 6 * 40 * 40);
+    assert!(outer.is_sorted_by_key(|face| (face.solid, face.number)));
+}
+
+#[test]
+fn growths_of_many_cells_and_their_borders_are_left_off_where_a_ticket_says_so() {
+    let cells = grid_of_cubes(41);
+    let (count, points) = (cells.solids().len(), cells.points().len());
+    for (on, loops) in [(On::Points, 3), (On::Cells, 4)] {
+        let numbers = if on == On::Points { points } else { count };
+        let values: Vec<f64> = (0..numbers).map(|i| (i % 977) as f64).collect();
+        // Volumes are found, summed up and weighed.
+        assert_stops(&format!("growths {on:?}"), loops * (count >> 12) - 1, |ticket| {
+            CellField::new(Arc::clone(&cells), on, values.clone()).growths(ticket).cloned()
+        });
+    }
+    // Every other cell is there, and has a border all around.
+    let is_there = |i: usize| (i % 40 + i / 40 % 40 + i / 1600).is_multiple_of(2);
+    let values: Vec<f64> =
+        (0..count).map(|i| if is_there(i) { i as f64 } else { f64::NAN }).collect();
+    let faces = 6 * count / 2;
+    // Areas, corners, flat normals and depths; and each face with all others about its corners, twelve at most.
+    let least = (faces + 4 * faces + faces + faces) / (1 << 13) + 4 * faces * 6 / (1 << 13);
+    assert_stops("borders", least, |ticket| {
+        let field = CellField::new(Arc::clone(&cells), On::Cells, values.clone());
+        field.shading_normals(ticket).cloned()
+    });
 }

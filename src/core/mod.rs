@@ -1,6 +1,6 @@
 //! What every other room speaks: cameras and spaces, colour, sizes, progress, the size of pieces, and cancellation.
 //!
-//! Owns plain values and their arithmetic. Refuses input and output, threads, and the GPU.
+//! Owns plain values and their arithmetic. Refuses input and output, threads of its own, and the GPU.
 //! Every room may import it; it imports none.
 
 pub mod camera;
@@ -9,6 +9,7 @@ pub mod memory;
 mod names;
 mod pace;
 pub mod panics;
+mod pieces;
 pub mod progress;
 
 pub use camera::{Camera, Projection};
@@ -16,4 +17,7 @@ pub use colour::{LinearRgb, Srgb8};
 pub use names::counted;
 pub(crate) use names::names;
 pub use pace::Pace;
+#[cfg(test)]
+pub(crate) use pieces::assert_stops;
+pub use pieces::{Looks, mapped};
 pub use progress::{Cancelled, Ticket};

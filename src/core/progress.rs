@@ -33,11 +33,24 @@ struct Shared {
     paused: Mutex<bool>,
     /// Told when it goes on, or is cancelled.
     wakes: Condvar,
+    /// How often it was asked, and at which time it is cancelled for it; 0: never.
+    #[cfg(test)]
+    asked: std::sync::atomic::AtomicU64,
+    #[cfg(test)]
+    trips_at: u64,
 }
 
 impl Shared {
     fn paused(&self) -> MutexGuard<'_, bool> {
         self.paused.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Counts that somebody asks.
+    #[cfg(test)]
+    fn count(&self) {
+        if self.asked.fetch_add(1, Ordering::Relaxed) + 1 == self.trips_at {
+            self.cancelled.store(true, Ordering::Relaxed);
+        }
     }
 }
 
@@ -45,6 +58,19 @@ impl Ticket {
     /// A fresh ticket: nothing done, not cancelled.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// One that is cancelled as it is asked for the `ask`th time, whoever asks: tests of what stops need no clock.
+    #[cfg(test)]
+    pub(crate) fn tripping_at(ask: u64) -> Self {
+        let shared = Shared { trips_at: ask, ..Shared::default() };
+        Self { shared: Arc::new(shared), ..Self::default() }
+    }
+
+    /// How often it was asked.
+    #[cfg(test)]
+    pub(crate) fn asked(&self) -> u64 {
+        self.shared.asked.load(Ordering::Relaxed)
     }
 
     /// A ticket for one of several equal parts of the job, which reports how far that is.
@@ -86,12 +112,22 @@ impl Ticket {
             paused = self.shared.wakes.wait(paused).unwrap_or_else(PoisonError::into_inner);
         }
         drop(paused);
-        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+        self.look()
     }
 
     /// Whether [`Ticket::cancel`] was called.
     pub fn is_cancelled(&self) -> bool {
+        #[cfg(test)]
+        self.shared.count();
         self.shared.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Learns whether to go on, where there is nothing to report.
+    ///
+    /// # Errors
+    /// [`Cancelled`] once the ticket was cancelled.
+    pub fn look(&self) -> Result<(), Cancelled> {
+        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
     /// Fraction done, 0..=1.
@@ -108,7 +144,7 @@ impl Ticket {
         let done = if total == 0 { 1.0 } else { (done as f64 / total as f64).min(1.0) };
         let fraction = begin + share * done;
         self.shared.fraction_bits.store((fraction as f32).to_bits(), Ordering::Relaxed);
-        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+        self.look()
     }
 }
 
@@ -145,6 +181,15 @@ mod tests {
         ticket.cancel();
         assert_eq!(last.part(0, 2).checkpoint(0, 1), Err(Cancelled));
         assert_eq!(ticket.fraction(), 0.75);
+    }
+
+    #[test]
+    fn a_ticket_that_trips_counts_whoever_asks() {
+        let ticket = Ticket::tripping_at(3);
+        let part = ticket.part(0, 2);
+        assert_eq!([ticket.look(), part.checkpoint(0, 1)], [Ok(()); 2]);
+        assert_eq!([part.look(), ticket.look()], [Err(Cancelled); 2]);
+        assert_eq!(ticket.asked(), 4);
     }
 
     #[test]

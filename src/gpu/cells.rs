@@ -141,12 +141,14 @@ pub(super) fn bound(
     (field, listed): (&CellField, &Listed),
     (bias, beyond): (f64, f64),
     nothing: f32,
-) {
+    ticket: &Ticket,
+) -> Result<(), GpuError> {
     let solids = field.cells().solids();
     let boxes = (0..solids.len()).filter(|i| field.is_there(*i)).map(|i| {
         let [least, most] = field.range_in(i);
         (solids[i].placed(&listed.points).bounds(), [least - bias, most - bias])
     });
     // A little more, as faces are found a rim beyond. Brick b has the places 4b − 1/2 to 4b + 7/2.
-    bounds.set_to_boxes(boxes, (-0.5, beyond + 1e-3), nothing);
+    let set = bounds.set_to_boxes(boxes, (-0.5, beyond + 1e-3), nothing, ticket);
+    set.map_err(|_| GpuError::Cancelled)
 }

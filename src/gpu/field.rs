@@ -222,7 +222,8 @@ impl DeviceField {
             functions::bound(&mut bounds, (listed, BOUNDED_REACH as f64), NOTHING, ticket)?;
         }
         if let Some((field, listed)) = &listed_cells {
-            cells::bound(&mut bounds, (field, listed), (bias, BOUNDED_REACH as f64), NOTHING);
+            let by = (bias, BOUNDED_REACH as f64);
+            cells::bound(&mut bounds, (field, listed), by, NOTHING, ticket)?;
         }
         Ok(Self {
             kernel,

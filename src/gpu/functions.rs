@@ -67,8 +67,8 @@ pub(super) fn bound(
     ticket: &Ticket,
 ) -> Result<(), GpuError> {
     if listed.blend == Blend::Mean {
-        bounds.set_to_boxes(listed.boxes(), (-0.5, beyond), nothing);
-        return Ok(());
+        let set = bounds.set_to_boxes(listed.boxes(), (-0.5, beyond), nothing, ticket);
+        return set.map_err(|_| GpuError::Cancelled);
     }
     let [bx, by, _] = bounds.dims;
     let end = DVec3::from(listed.dims.map(|n| n as f64 - 0.5));

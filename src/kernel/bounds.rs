@@ -3,10 +3,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::core::{Cancelled, Ticket};
+use crate::core::{Cancelled, Looks, Ticket};
 
 /// Edge of a brick, cells between samples.
 pub const BOUND_BRICK: usize = 4;
+/// Bricks that boxes are put into between two looks at the ticket; a box is as much work as some more.
+const BETWEEN_LOOKS: usize = 1 << 16;
+const A_BOX: usize = 32;
 
 /// Least and greatest value of a field in each brick.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,9 +79,7 @@ impl Bounds {
         let mut rows = vec![[0.0_f32; 2]; bx * ny * nz];
         rows.par_chunks_mut(bx * ny).zip(values.par_chunks(nx * ny)).try_for_each(
             |(out, plane)| {
-                if ticket.is_cancelled() {
-                    return Err(Cancelled);
-                }
+                ticket.look()?;
                 let mut line = Vec::new();
                 for (out, row) in out.chunks_mut(bx).zip(plane.chunks(nx)) {
                     for (b, range) in out.iter_mut().enumerate() {
@@ -89,35 +90,46 @@ impl Bounds {
             },
         )?;
         let mut layers = vec![[0.0_f32; 2]; bx * by * nz];
-        layers.par_chunks_mut(bx * by).zip(rows.par_chunks(bx * ny)).for_each(|(out, rows)| {
-            let mut line = Vec::new();
-            for (i, range) in out.iter_mut().enumerate() {
-                let of = |y: usize| rows[y * bx + i % bx];
-                *range = bound(&mut line, &mut asked(1, i / bx).map(of));
-            }
-        });
+        layers.par_chunks_mut(bx * by).zip(rows.par_chunks(bx * ny)).try_for_each(
+            |(out, rows)| {
+                ticket.look()?;
+                let mut line = Vec::new();
+                for (i, range) in out.iter_mut().enumerate() {
+                    let of = |y: usize| rows[y * bx + i % bx];
+                    *range = bound(&mut line, &mut asked(1, i / bx).map(of));
+                }
+                Ok(())
+            },
+        )?;
         let mut ranges = vec![[0.0_f32; 2]; bx * by * bz];
-        ranges.par_chunks_mut(bx * by).enumerate().for_each(|(b, out)| {
+        ranges.par_chunks_mut(bx * by).enumerate().try_for_each(|(b, out)| {
+            ticket.look()?;
             let mut line = Vec::new();
             for (i, range) in out.iter_mut().enumerate() {
                 let of = |z: usize| layers[z * bx * by + i];
                 *range = bound(&mut line, &mut asked(2, b).map(of));
             }
-        });
+            Ok(())
+        })?;
         ticket.checkpoint(1, 1)?;
         Ok(Self { dims: bricks, ranges })
     }
 
     /// Puts in their place those of boxes, each with its least and greatest value: brick b has what lies within `beyond` of
     /// the places from 4b + `first` to 4b + 4 + `first`. Where no box is there is `nothing`.
+    ///
+    /// # Errors
+    /// [`Cancelled`]: then they are of some boxes alone.
     pub fn set_to_boxes(
         &mut self,
         boxes: impl Iterator<Item = ([DVec3; 2], [f64; 2])>,
         (first, beyond): (f64, f64),
         nothing: f32,
-    ) {
+        ticket: &Ticket,
+    ) -> Result<(), Cancelled> {
         self.ranges.fill([f32::INFINITY, f32::NEG_INFINITY]);
         let dims = self.dims;
+        let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
         for ([low, high], [least, most]) in boxes {
             #[expect(clippy::cast_possible_truncation, reason = "rounded outwards")]
             let [least, most] = [(least as f32).next_down(), (most as f32).next_up()];
@@ -134,9 +146,11 @@ impl Bounds {
             let span = |axis: usize| {
                 brick(low[axis] - beyond, dims[axis])..=brick(high[axis] + beyond, dims[axis])
             };
-            for z in span(2) {
-                for y in span(1) {
-                    for x in span(0) {
+            let [xs, ys, zs] = [span(0), span(1), span(2)];
+            looks.after(xs.clone().count() * ys.clone().count() * zs.clone().count() + A_BOX)?;
+            for z in zs {
+                for y in ys.clone() {
+                    for x in xs.clone() {
                         let range = &mut self.ranges[(z * dims[1] + y) * dims[0] + x];
                         *range = [range[0].min(least), range[1].max(most)];
                     }
@@ -146,6 +160,7 @@ impl Bounds {
         for range in self.ranges.iter_mut().filter(|range| range[0] > range[1]) {
             *range = [nothing; 2];
         }
+        Ok(())
     }
 
     /// Bytes of memory.
@@ -186,6 +201,7 @@ pub fn mirrored(at: usize, pad: usize, n: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::assert_stops;
 
     /// Of cells 4b − 1 to 4b + 2.
     fn of(values: &[f32], dims: [usize; 3], weighs: Weighs) -> Bounds {
@@ -273,10 +289,27 @@ mod tests {
     }
 
     #[test]
-    fn a_cancelled_ticket_ends_it() {
-        let ticket = Ticket::new();
-        ticket.cancel();
-        let cut = ([1; 3], [1, 2]);
-        assert!(Bounds::of(&[0.0], [1; 3], Weighs::Splines, cut, &ticket).is_err());
+    fn planes_rows_and_boxes_are_left_off_where_a_ticket_says_so() {
+        let dims = [96, 97, 98];
+        let values = vec![1.0; dims.iter().product()];
+        let bricks = dims.map(|n| (n + 1).div_ceil(BOUND_BRICK));
+        // Two passes from plane to plane, and one from brick to brick.
+        let least = 2 * dims[2] + bricks[2];
+        assert_stops("bounds", least, |ticket| {
+            Bounds::of(&values, dims, Weighs::Splines, (bricks, [1, 2]), ticket)
+        });
+        let boxes = |count: usize, size: f64| {
+            (0..count).map(move |i| {
+                let low = DVec3::from([i % 90, i / 90 % 90, i / 8100].map(|n| n as f64));
+                ([low, low + size], [0.0, 1.0])
+            })
+        };
+        let bounds = of(&values, dims, Weighs::Splines);
+        for (count, size, least) in [(100_000, 0.0, 100_000 * A_BOX), (800, 90.0, 800 * 22 * 22)] {
+            assert_stops("boxes", least / BETWEEN_LOOKS, |ticket| {
+                let mut bounds = bounds.clone();
+                bounds.set_to_boxes(boxes(count, size), (-1.0, 0.0), -1.0, ticket)
+            });
+        }
     }
 }

@@ -7,10 +7,13 @@ use super::bricks::ends;
 use super::in_order::look;
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose, exponential};
 use super::lattice::NOTHING;
-use crate::core::{Cancelled, Ticket};
+use crate::core::{Cancelled, Ticket, mapped};
 use crate::kernel::Bounds;
 use crate::rbf::{Basis, Blend, Encoding, Function, Listed};
 use crate::volume::Lattice;
+
+/// Functions between two looks at the ticket.
+const A_RUN: usize = 1 << 14;
 
 /// A function, in index space.
 #[derive(Debug, Clone, Copy)]
@@ -82,17 +85,18 @@ impl Functions {
     ) -> Result<Self, Cancelled> {
         let listed = Listed::new(encoding, (lattice.dims, lattice.axes(), lattice.origin), ticket)?;
         #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
-        let narrow = |(function, reach): (&Function, &f64)| {
+        let narrow = |i: usize| {
+            let (function, reach): (&Function, f64) = (&listed.functions[i], listed.reaches[i]);
             let rows = function.shape.transpose();
             let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis];
             Summand {
                 centre: function.centre.as_vec3().to_array(),
                 shape: [x.x, x.y, x.z, y.y, y.z, z.z].map(|v| v as f32),
                 weight: function.weight as f32,
-                reach: *reach as f32,
+                reach: reach as f32,
             }
         };
-        let all = listed.functions.iter().zip(&listed.reaches).map(narrow).collect();
+        let all = mapped(listed.functions.len(), A_RUN, narrow, ticket)?;
         Ok(Self { listed, all })
     }
 
@@ -148,8 +152,7 @@ impl Functions {
     /// [`Cancelled`].
     pub(super) fn bound(&self, bounds: &mut Bounds, ticket: &Ticket) -> Result<(), Cancelled> {
         if self.is_mean() {
-            bounds.set_to_boxes(self.listed.boxes(), (-1.0, 0.0), NOTHING);
-            return ticket.checkpoint(1, 1);
+            return bounds.set_to_boxes(self.listed.boxes(), (-1.0, 0.0), NOTHING, ticket);
         }
         let dims = self.listed.dims;
         let slacks: Result<Vec<f64>, Cancelled> = (0..bounds.ranges.len())

@@ -38,6 +38,9 @@ pub(super) fn by_first_slab<T>(
         }
     }
     for slab in 1..begins.len() {
+        if slab.is_multiple_of(1 << 20) {
+            look(ticket)?;
+        }
         begins[slab] += begins[slab - 1];
     }
     let mut order = vec![0; list.len()];
@@ -75,7 +78,7 @@ pub(super) fn taken<T: Sync, U: Send>(
 /// # Errors
 /// [`Cancelled`].
 pub(super) fn look(ticket: &Ticket) -> Result<(), Cancelled> {
-    if ticket.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+    ticket.look()
 }
 
 #[cfg(test)]

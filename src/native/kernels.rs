@@ -20,6 +20,8 @@ use crate::vector::{
 
 /// Kernels nearer to the eye than this part of its distance to the focal plane are not drawn.
 const NEAR: f64 = 1e-3;
+/// Kernels that are placed between two looks at the ticket.
+const A_PART: usize = 1 << 13;
 /// Half axis, in pixels, that thinner kernels are widened to.
 const LEAST_HALF_AXIS: f64 = 1.0;
 /// Kernels are not shortened, nor the coordinates of marks stretched, beyond this.
@@ -145,18 +147,18 @@ impl Kernels {
     ) -> Result<Self, Cancelled> {
         let made_of = MadeOf::new(plan, slabs);
         let natural = RadialKernel::CUBIC;
-        let looks = looks(plan, natural, old);
+        let looks = looks(plan, natural, old, ticket)?;
         let (view, back_to_front) = (plan.view(), made_of.back_to_front);
         let slab = made_of.slabs.thickness;
         let mut all: Vec<Landed> = Vec::new();
         for (i, (splats, list)) in made_of.slabs.splats.iter().zip(&plan.kernels).enumerate() {
             let seen = Seen::new(plan, &view, splats, &list.settings, i as u8);
-            let found = (0..splats.list.len()).into_par_iter().with_min_len(1 << 10);
-            all.par_extend(found.filter_map(|k| {
-                let goes_on = !ticket.is_cancelled();
-                goes_on.then(|| seen.lands(k, slab, back_to_front)).flatten()
-            }));
-            look(ticket)?;
+            for first in (0..splats.list.len()).step_by(A_PART) {
+                look(ticket)?;
+                let some = first..(first + A_PART).min(splats.list.len());
+                let some = some.into_par_iter().with_min_len(1 << 8);
+                all.par_extend(some.filter_map(|k| seen.lands(k, slab, back_to_front)));
+            }
         }
         // Sums are the same on any machine: their order is.
         let order = by_first_slab(&all, |(_, _, slabs)| slabs[0], ticket)?;
@@ -229,20 +231,28 @@ fn phase_of(plan: &Plan) -> f32 {
     (plan.phase - plan.phase.floor()) as f32
 }
 
-fn looks(plan: &Plan, natural: RadialKernel, old: &[ListLook]) -> Vec<ListLook> {
+fn looks(
+    plan: &Plan,
+    natural: RadialKernel,
+    old: &[ListLook],
+    ticket: &Ticket,
+) -> Result<Vec<ListLook>, Cancelled> {
     let mut looks: Vec<ListLook> = Vec::new();
     for list in &plan.kernels {
         let VectorSettings { mode, foreshortening, design, .. } = list.settings;
         let made = looks.iter().chain(old).find(|look| look.marks.design == design);
-        let marks = made.map(|look| Arc::clone(&look.marks));
+        let marks = match made {
+            Some(look) => Arc::clone(&look.marks),
+            None => Arc::new(MarkTable::new(design, ticket)?),
+        };
         looks.push(ListLook {
             is_blend: mode == VectorMode::Blend,
             foreshortening,
             window: (mode.drawn_radius(natural.radius()) / (WINDOW * natural.radius())) as f32,
-            marks: marks.unwrap_or_else(|| Arc::new(MarkTable::new(design))),
+            marks,
         });
     }
-    looks
+    Ok(looks)
 }
 
 impl<'a> Seen<'a> {

@@ -18,6 +18,8 @@ const MOST_BEFORE_A_PIXEL: u64 = 1 << 16;
 const SOME_PARTS: u64 = 256;
 /// Things that are placed between two looks at the ticket.
 const A_PART: usize = 1 << 12;
+/// And things that are listed: one may land on every part.
+const A_FEW: usize = 1 << 6;
 /// Lists are of blocks where these have so many times as many entries as tiles, at most: things are small, and rays would look
 /// at many of their tile's in vain.
 const BLOCKS_OVER_TILES: u64 = 4;
@@ -101,7 +103,7 @@ impl Landed {
         starts[1..].par_chunks_mut((band * across).max(1)).enumerate().for_each(|(i, counts)| {
             let rows = rows(i);
             // A list of all is long where cells lie on each other.
-            for some in places.chunks(A_PART).take_while(|_| !ticket.is_cancelled()) {
+            for some in places.chunks(A_FEW).take_while(|_| !ticket.is_cancelled()) {
                 for place in some {
                     place.each(part, &rows, |row, column| counts[row * across + column] += 1);
                 }
@@ -126,7 +128,8 @@ impl Landed {
             let first = rows.start as usize * across;
             let begin = starts[first];
             let mut next: Vec<usize> = starts[first..first + rows.len() * across].to_vec();
-            for place in places.iter().take_while(|_| !ticket.is_cancelled()) {
+            let asked = places.chunks(A_FEW).take_while(|_| !ticket.is_cancelled());
+            for place in asked.flatten() {
                 place.each(part, &rows, |row, column| {
                     let at = &mut next[row * across + column];
                     let tile = [column as u32, rows.start + row as u32];

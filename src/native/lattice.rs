@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use super::bricks::{self, BRICK};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use super::own::Own;
-use crate::core::{Cancelled, Ticket};
+use super::weights::{self, natural};
+use crate::core::{Cancelled, Ticket, mapped};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
 use crate::scene::{Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
@@ -17,6 +18,8 @@ use crate::volume::ScalarVolume;
 pub(super) const NOTHING: f32 = -3e38;
 /// Samples beyond the last row that a load of four may touch.
 const SLACK: usize = 4;
+/// Bricks between two looks at the ticket.
+const A_PART: usize = 1 << 11;
 /// The greatest number of stored samples: places among them are 32-bit integers.
 pub(super) const MOST_STORED: usize = (1 << 31) - 1;
 
@@ -205,27 +208,30 @@ impl Lattice {
     }
 
     /// Whether samples without data are in each brick, or beside it; none of it where there are no such samples.
-    pub(super) fn near_holes(&self) -> &[bool] {
-        let Some(holes) = &self.holes else { return &[] };
-        self.near_holes.get_or_init(|| {
-            let [nx, ny, _] = self.dims;
-            let has = |x: usize, y: usize, z: usize| {
-                let i = (z * ny + y) * nx + x;
-                holes[i / 32] >> (i % 32) & 1 == 1
-            };
-            let span = |b: usize, n: usize| {
-                (b * BRICK).saturating_sub(2).min(n - 1)..=(b * BRICK + BRICK).min(n - 1)
-            };
-            let bricks = self.bricks.dims;
-            (0..bricks.iter().product())
-                .into_par_iter()
-                .map(|i: usize| {
-                    let b = [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])];
-                    span(b[2], self.dims[2])
-                        .any(|z| span(b[1], ny).any(|y| span(b[0], nx).any(|x| has(x, y, z))))
-                })
-                .collect()
-        })
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn near_holes(&self, ticket: &Ticket) -> Result<&[bool], Cancelled> {
+        let Some(holes) = &self.holes else { return Ok(&[]) };
+        if let Some(known) = self.near_holes.get() {
+            return Ok(known);
+        }
+        let [nx, ny, _] = self.dims;
+        let has = |x: usize, y: usize, z: usize| {
+            let i = (z * ny + y) * nx + x;
+            holes[i / 32] >> (i % 32) & 1 == 1
+        };
+        let span = |b: usize, n: usize| {
+            (b * BRICK).saturating_sub(2).min(n - 1)..=(b * BRICK + BRICK).min(n - 1)
+        };
+        let bricks = self.bricks.dims;
+        let is_near = |i: usize| {
+            let b = [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])];
+            span(b[2], self.dims[2])
+                .any(|z| span(b[1], ny).any(|y| span(b[0], nx).any(|x| has(x, y, z))))
+        };
+        let found = mapped(bricks.iter().product(), A_PART, is_near, ticket)?;
+        Ok(self.near_holes.get_or_init(|| found))
     }
 
     /// Whether the sample nearest to a place in index space has no data.
@@ -355,7 +361,7 @@ impl Lattice {
             Method::BSpline => {
                 let (cell, [fx, fy, fz]) = self.cell(simd, place);
                 let at = self.stored_at(simd, cell, 1);
-                let (wx, wy, wz) = (weights(simd, fx), weights(simd, fy), weights(simd, fz));
+                let (wx, wy, wz) = (natural(simd, fx), natural(simd, fy), natural(simd, fz));
                 let [a, b, c, d] = self.rows::<S, 4, 16>(simd, at, &products(simd, wy, wz));
                 a.mul_add(wx[0], b.mul_add(wx[1], c.mul_add(wx[2], d * wx[3])))
             }
@@ -382,15 +388,7 @@ impl Lattice {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let h = [f + 1.0, f, one - f, all(simd, 2.0) - f].map(
             #[inline(always)]
-            |x| {
-                let x = x * (1.0 / self.stretch);
-                let inner = (one - x).max(zero);
-                if self.kernel == Kernel::Linear {
-                    return inner;
-                }
-                let outer = (all(simd, 2.0) - x).max(zero);
-                outer * outer * outer - inner * inner * inner * 4.0
-            },
+            |x| weights::at(simd, x * (1.0 / self.stretch), self.kernel == Kernel::Linear),
         );
         let total = h[0] + h[1] + (h[2] + h[3]);
         let is_met = total.simd_gt(zero);
@@ -482,7 +480,7 @@ impl Lattice {
         if method == Method::BSpline {
             let (cell, [fx, fy, fz]) = self.cell(simd, place);
             let at = self.stored_at(simd, cell, 1);
-            let (wx, wy, wz) = (weights(simd, fx), weights(simd, fy), weights(simd, fz));
+            let (wx, wy, wz) = (natural(simd, fx), natural(simd, fy), natural(simd, fz));
             let (sx, sy, sz) = (slopes(simd, fx), slopes(simd, fy), slopes(simd, fz));
             let dot = |r: [Lanes<S>; 4], w: [Lanes<S>; 4]| {
                 r[0].mul_add(w[0], r[1].mul_add(w[1], r[2].mul_add(w[2], r[3] * w[3])))
@@ -562,18 +560,7 @@ fn nearest<S: Simd>(simd: S, p: Lanes<S>, n: usize) -> Lanes<S> {
     (p + 0.5).floor().max(all(simd, 0.0)).min(all(simd, n as f32 - 1.0))
 }
 
-/// Weights of the four samples about a place in its cell.
-#[inline(always)]
-fn weights<S: Simd>(simd: S, f: Lanes<S>) -> [Lanes<S>; 4] {
-    let one = all(simd, 1.0);
-    let g = one - f;
-    let (f2, g2) = (f * f, g * g);
-    let sixth = 1.0 / 6.0;
-    let inner = |f: Lanes<S>, f2: Lanes<S>| f2.mul_add(f * 0.5 - 1.0, all(simd, 4.0 / 6.0));
-    [g2 * g * sixth, inner(f, f2), inner(g, g2), f2 * f * sixth]
-}
-
-/// Their derivatives.
+/// Derivatives of the weights of the four samples about a place in its cell ([`weights::natural`]).
 #[inline(always)]
 fn slopes<S: Simd>(simd: S, f: Lanes<S>) -> [Lanes<S>; 4] {
     let g = all(simd, 1.0) - f;

@@ -4,6 +4,7 @@ use fearless_simd::{Simd, i32x8, prelude::*, u32x8};
 
 use super::kernels::{Footprint, LEAST_ACROSS};
 use super::lanes::{LANES, Lanes, all};
+use crate::core::{Cancelled, Ticket};
 use crate::vector::{Design, FORESHORTENINGS, Foreshortening, MARK_COLUMNS, Marks, PHASES};
 
 /// The number of the smallest size.
@@ -28,13 +29,17 @@ struct Level {
 
 impl MarkTable {
     /// Of a design.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
     #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
-    pub(super) fn new(design: Design) -> Self {
-        let levels = Marks::new(design).levels.into_iter().map(|level| {
+    pub(super) fn new(design: Design, ticket: &Ticket) -> Result<Self, Cancelled> {
+        let levels = Marks::made(design, ticket)?.levels.into_iter().map(|level| {
+            ticket.look()?;
             let texels = level.texels().into_iter().map(u32::from_le_bytes).collect();
-            Level { side: level.side, texels, blur: level.blur.map(|blur| blur as f32) }
+            Ok(Level { side: level.side, texels, blur: level.blur.map(|blur| blur as f32) })
         });
-        Self { design, levels: levels.collect() }
+        Ok(Self { design, levels: levels.collect::<Result<_, Cancelled>>()? })
     }
 
     /// Bytes of memory.

@@ -10,6 +10,8 @@ use crate::kernel::Bounds;
 
 /// Segments of depth, a bit each.
 const SEGMENTS: i32 = 64;
+/// Bricks between two looks at the ticket: one near the eye may lie before all patches.
+const BETWEEN_LOOKS: usize = 1 << 8;
 /// Edge of a patch, pixels: a few to a tile, as those of quick pictures have many voxels before them.
 const PATCH: u32 = 4;
 
@@ -58,7 +60,7 @@ impl Masks {
         masks.words.par_chunks_mut(band * across).enumerate().for_each(|(i, words)| {
             let rows = i * band..i * band + words.len() / across;
             for (number, Landed { left, right, top, bottom, slabs }) in landed.iter().enumerate() {
-                if number.is_multiple_of(1 << 12) && ticket.is_cancelled() {
+                if number.is_multiple_of(BETWEEN_LOOKS) && ticket.is_cancelled() {
                     return;
                 }
                 let (top, bottom) =

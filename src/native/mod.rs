@@ -14,6 +14,8 @@
 mod along_solids;
 mod among;
 mod bricks;
+#[cfg(test)]
+mod cancel_tests;
 mod cells;
 mod composite;
 mod functions;
@@ -49,7 +51,9 @@ mod surfaces;
 mod table;
 #[cfg(test)]
 mod tests;
+mod threads;
 mod walk;
+mod weights;
 mod window;
 
 pub use nodes::Node;

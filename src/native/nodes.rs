@@ -26,6 +26,8 @@ use crate::scene::{OpacityModel, Order, View, Visibility};
 const LEAST_HALF_AXIS: f64 = 1.0;
 /// No slab lies farther from the lattice's centre than so many: beyond, single precision does not tell them apart.
 const MOST_PLACE: f64 = (1 << 22) as f64;
+/// Kernels that are placed between two looks at the ticket.
+const A_PART: usize = 1 << 13;
 /// Slabs that one kernel may lie in.
 const MOST_SLABS: u32 = 1 << 16;
 
@@ -112,11 +114,12 @@ impl Nodes {
             back_to_front: mode.order == Order::BackToFront,
         };
         let in_slabs = mode.visibility == Visibility::Slabs;
-        let found = nodes.par_iter().with_min_len(1 << 10);
-        let mut all: Vec<_> = found
-            .filter_map(|node| (!ticket.is_cancelled()).then(|| seen.lands(node)).flatten())
-            .collect();
-        look(ticket)?;
+        let mut all = Vec::new();
+        for some in nodes.chunks(A_PART) {
+            look(ticket)?;
+            let found = some.par_iter().with_min_len(1 << 8);
+            all.par_extend(found.filter_map(|node| seen.lands(node)));
+        }
         if !seen.back_to_front {
             all.reverse();
         }

@@ -118,10 +118,7 @@ impl Own {
     ) -> Result<(), Cancelled> {
         match self {
             Self::Functions(functions) => functions.bound(bounds, ticket),
-            Self::Cells(cells) => {
-                cells.bound(bounds, bias);
-                ticket.checkpoint(1, 1)
-            }
+            Self::Cells(cells) => cells.bound(bounds, bias, ticket),
         }
     }
 

@@ -7,12 +7,11 @@
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::cells::{Cells, Span};
 use super::in_order::look;
 use super::rays::TILE;
-use crate::core::{Camera, Cancelled, Srgb8, Ticket};
+use crate::core::{Camera, Cancelled, Srgb8, Ticket, mapped};
 use crate::plan::Plan;
 use crate::scene::{Lighting, OpacityModel, PolygonLayer, View};
 
@@ -24,6 +23,8 @@ const NEAREST: f64 = 1e-4;
 const MOST_KEPT: usize = 1 << 14;
 /// What of light comes through to less than this adds nothing that 32 bits tell.
 const LEAST_THROUGH: f32 = 1e-9;
+/// Triangles between two looks at the ticket.
+const A_RUN: usize = 1 << 12;
 /// Pixels of a tile.
 const PIXELS: usize = (TILE * TILE) as usize;
 
@@ -150,7 +151,7 @@ impl Polygons {
         for layer in &made_of.layers {
             let from_centre = layer.mesh.origin() - centre;
             for (number, (triangle, colours)) in layer.triangles().enumerate() {
-                if number.is_multiple_of(1 << 12) {
+                if number.is_multiple_of(A_RUN) {
                     look(ticket)?;
                 }
                 let seen = |corner: glam::Vec3| {
@@ -164,17 +165,23 @@ impl Polygons {
                 });
             }
         }
-        let seen: Vec<(Triangle, Box2, Span)> = triangles
-            .into_par_iter()
-            .filter_map(|triangle| {
-                let (around, span) = triangle.bounds(view).filter(|_| !ticket.is_cancelled())?;
-                Some((triangle, around, span))
-            })
-            .collect();
-        let spans: Vec<Span> = seen.iter().map(|(_, _, span)| *span).collect();
+        let bounds = mapped(triangles.len(), A_RUN, |i| triangles[i].bounds(view), ticket)?;
+        let seen = bounds.iter().flatten().count();
+        let (mut boxes, mut spans) = (Vec::with_capacity(seen), Vec::with_capacity(seen));
+        // Those that are not seen make room for those behind them.
+        for (i, bounds) in bounds.into_iter().enumerate() {
+            if i.is_multiple_of(A_RUN) {
+                look(ticket)?;
+            }
+            if let Some((around, span)) = bounds {
+                triangles[boxes.len()] = triangles[i];
+                boxes.push(around);
+                spans.push(span);
+            }
+        }
+        triangles.truncate(boxes.len());
+        triangles.shrink_to_fit();
         let cells = Cells::new(view.size, &spans, ticket)?;
-        let (triangles, boxes) =
-            seen.into_iter().map(|(triangle, around, _)| (triangle, around)).unzip();
         let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
         let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
         Ok(Some(Self { cells, triangles, boxes, lights: lights.collect(), made_of }))

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use fearless_simd::Level;
@@ -27,6 +27,7 @@ use super::sums::Asked;
 use super::supports::{NotBegun, Unsupported};
 use super::surfaces::Surfaces;
 use super::table::Table;
+use super::threads::Threads;
 use super::walk::{Pixel, Scene};
 use crate::core::colour::srgb_encoder;
 use crate::core::{Cancelled, LinearRgb, Ticket};
@@ -62,31 +63,6 @@ pub struct Renderer {
     /// The loop that draws it, once there are tiles.
     loop_name: Option<&'static str>,
     most_bytes: u64,
-}
-
-/// Threads of its own: those that others share their work out to may be busy with what takes seconds. Made when there
-/// is something to draw.
-#[derive(Debug)]
-struct Threads {
-    /// 0: as many as there are cores, or as `RAYON_NUM_THREADS` says.
-    count: usize,
-    /// `None` where they did not start: then those that all share.
-    pool: OnceLock<Option<rayon::ThreadPool>>,
-}
-
-impl Threads {
-    /// Has work shared out to them.
-    fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
-        let pool = self.pool.get_or_init(|| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(self.count);
-            let pool = pool.thread_name(|i| format!("voxsplat-native-{i}")).build();
-            pool.inspect_err(|error| log::warn!("no threads for drawing alone: {error}")).ok()
-        });
-        match pool {
-            Some(pool) => pool.install(work),
-            None => work(),
-        }
-    }
 }
 
 /// A field as it is drawn from: its coefficients beyond its edges, too, and their bounds. Made by any thread.
@@ -231,7 +207,7 @@ impl Renderer {
     pub(super) fn with(level: Level, threads: usize) -> Self {
         Self {
             level,
-            threads: Threads { count: threads, pool: OnceLock::new() },
+            threads: Threads::new(threads),
             fields: [None, None],
             coarser: None,
             samples: None,
@@ -330,34 +306,36 @@ impl Renderer {
     }
 
     /// Whether the samples of a plan that shades first are there, or were begun.
-    pub fn holds_samples(&self, plan: &Plan) -> bool {
+    pub fn begun_samples(&self, plan: &Plan) -> bool {
         self.samples.as_ref().is_some_and(|samples| samples.are_of(plan))
     }
 
-    /// Begins the samples of a plan that shades first, where they are not there: in how many bricks any can show, and how
-    /// many of these are filled.
-    pub fn begin_samples(&mut self, plan: &Plan) -> [usize; 2] {
-        let start = Instant::now();
-        if !self.holds_samples(plan) {
-            self.picture = None;
-            self.samples = None;
-            self.samples = self.threads.run(|| Samples::new(plan));
-            self.samples_ms = start.elapsed().as_secs_f64() * 1e3;
-            self.note_bytes();
-        }
-        let count = self.samples.as_ref().map_or(0, Samples::count);
-        let filled = self.samples.as_ref().map_or(0, Samples::filled);
-        [count, filled]
+    /// Whether they are there, all of them.
+    pub fn holds_samples(&self, plan: &Plan) -> bool {
+        let is_filled = self.samples.as_ref().is_some_and(Samples::are_filled);
+        is_filled && self.begun_samples(plan)
     }
 
-    /// Fills some bricks of samples. Those before them are.
-    pub fn fill_samples(&mut self, bricks: Range<usize>) {
+    /// Makes the samples of a plan that shades first, as far as they are not there.
+    ///
+    /// # Errors
+    /// [`Cancelled`]: what was made of them stays.
+    pub fn make_samples(&mut self, plan: &Plan, ticket: &Ticket) -> Result<(), Cancelled> {
         let start = Instant::now();
-        let level = self.level;
-        if let Some(samples) = &mut self.samples {
-            self.threads.run(|| samples.fill(level, bricks));
+        if !self.begun_samples(plan) {
+            self.picture = None;
+            self.samples = None;
+            self.samples_ms = 0.0;
+            self.samples = self.threads.run(|| Samples::new(plan, ticket))?;
+            self.note_bytes();
         }
+        let level = self.level;
+        let filled = match &mut self.samples {
+            Some(samples) => self.threads.run(|| samples.fill(level, ticket)),
+            None => Ok(()),
+        };
         self.samples_ms += start.elapsed().as_secs_f64() * 1e3;
+        filled
     }
 
     /// Whether a field has a table.
@@ -366,12 +344,22 @@ impl Renderer {
     }
 
     /// Sets the classification of a field, in which isosurfaces at `levels` show, too.
-    pub fn set_table(&mut self, which: SlabField, table: &Cumulative, levels: &[f64]) {
+    ///
+    /// # Errors
+    /// [`Cancelled`]: then it has the one that it had.
+    pub fn set_table(
+        &mut self,
+        which: SlabField,
+        table: &Cumulative,
+        levels: &[f64],
+        ticket: &Ticket,
+    ) -> Result<(), Cancelled> {
         if let Some(field) = &mut self.fields[which as usize] {
-            let made = self.threads.run(|| Table::new(&field.lattice, table, levels));
+            let made = self.threads.run(|| Table::new(&field.lattice, table, levels, ticket))?;
             field.table = Some(made);
             self.note_bytes();
         }
+        Ok(())
     }
 
     /// The kernel of a field and its samples along each axis.
@@ -564,10 +552,18 @@ impl Renderer {
 
     /// Draws some tiles of the picture that was begun, on all threads: each thread one at least, and none more after so many
     /// milliseconds, as a few may take longer than all before them. Says which is the next.
-    pub fn draw_tiles(&mut self, tiles: Range<u32>, most_ms: f64) -> u32 {
+    ///
+    /// # Errors
+    /// [`Cancelled`]: no tile is begun after it, and the picture is to be begun anew.
+    pub fn draw_tiles(
+        &mut self,
+        tiles: Range<u32>,
+        most_ms: f64,
+        ticket: &Ticket,
+    ) -> Result<u32, Cancelled> {
         let start = Instant::now();
         let Some(Picture { pixels, drawing: Some(drawing), .. }) = &mut self.picture else {
-            return tiles.end;
+            return Ok(tiles.end);
         };
         let Drawing { of, rays, rule } = &*drawing;
         let coarser = self.coarser.as_ref();
@@ -576,7 +572,7 @@ impl Renderer {
             Of::Field(of) => {
                 let Some(Field { lattice, table: Some(table) }) = &self.fields[of.which as usize]
                 else {
-                    return tiles.end;
+                    return Ok(tiles.end);
                 };
                 let scene = Scene {
                     rays,
@@ -601,7 +597,7 @@ impl Renderer {
             Of::Samples(grid) => {
                 let splats = match (grid, &self.samples) {
                     (Some(grid), Some(samples)) => Splats::Samples(grid, samples),
-                    _ if kernels.is_none() && polygons.is_none() => return tiles.end,
+                    _ if kernels.is_none() && polygons.is_none() => return Ok(tiles.end),
                     _ => Splats::Nothing,
                 };
                 What::Splatted(Splatted { rays, splats, kernels, polygons, rule })
@@ -610,7 +606,7 @@ impl Renderer {
                 let splats = Splats::Nodes(nodes);
                 What::Splatted(Splatted { rays, splats, kernels, polygons, rule })
             }
-            Of::Nothing if kernels.is_none() && polygons.is_none() => return tiles.end,
+            Of::Nothing if kernels.is_none() && polygons.is_none() => return Ok(tiles.end),
             Of::Nothing => What::Alone(Alone { rays, kernels, polygons, rule }),
         };
         self.loop_name = Some(what.loop_name());
@@ -624,7 +620,9 @@ impl Renderer {
         self.threads.run(|| {
             rayon::broadcast(|_| {
                 let mut found = 0;
-                while let Some((tile, out)) = next_tile() {
+                while !ticket.is_cancelled()
+                    && let Some((tile, out)) = next_tile()
+                {
                     found += draw_tile(level, &what, tile, out);
                     if start.elapsed().as_secs_f64() * 1e3 > most_ms {
                         break;
@@ -643,7 +641,8 @@ impl Renderer {
             What::Alone(_) => "composite_kernels",
         };
         self.note_stage(stage, start);
-        next
+        ticket.look()?;
+        Ok(next)
     }
 
     /// What the stages of the picture took so far: names, milliseconds, and how often each ran.

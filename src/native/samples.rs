@@ -2,7 +2,6 @@
 //!
 //! Bricks in which nothing can show take no memory.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use fearless_simd::{Level, Simd, prelude::*};
@@ -12,7 +11,7 @@ use rayon::prelude::*;
 use super::lanes::{LANES, Lanes, Look, Vec3};
 use super::light::{Light, ValueScale};
 use super::table::Halves;
-use crate::core::Camera;
+use crate::core::{Camera, Cancelled, Ticket, mapped};
 use crate::plan::Plan;
 use crate::scene::{OpacityModel, Shading, View};
 use crate::transfer::{Table, TransferFunction};
@@ -21,6 +20,10 @@ use crate::with_samples;
 
 /// No place of a brick in which nothing shows.
 const NOTHING: u32 = u32::MAX;
+/// Bricks that each thread fills between two looks at the ticket: lit ones take a tenth of a millisecond.
+const BRICKS_A_THREAD: usize = 16;
+/// And bricks of which is found out whether they can show.
+const A_PART: usize = 1 << 13;
 /// Samples of a brick.
 const BRICK_SAMPLES: usize = BRICK * BRICK * BRICK;
 
@@ -93,11 +96,14 @@ impl MadeOf {
 
 impl Samples {
     /// Those of a plan, whose bricks are to be filled; `None` where it has no field.
-    pub(super) fn new(plan: &Plan) -> Option<Self> {
-        let made_of = MadeOf::new(plan)?;
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn new(plan: &Plan, ticket: &Ticket) -> Result<Option<Self>, Cancelled> {
+        let Some(made_of) = MadeOf::new(plan) else { return Ok(None) };
         let volume = Arc::clone(&made_of.volume.0);
         let table = Table::new(&made_of.transfer, volume.samples.scalar_type());
-        let shown = shown(&volume, &table);
+        let shown = shown(&volume, &table, ticket)?;
         let bricks = volume.bricks.dims;
         let with_looks: Vec<usize> = (0..shown.len()).filter(|&brick| shown[brick]).collect();
         let mut places = vec![NOTHING; shown.len()];
@@ -105,7 +111,7 @@ impl Samples {
             places[brick] = place;
         }
         let shader = made_of.shaded.as_ref().and_then(|_| Shader::new(plan, &volume));
-        Some(Self {
+        Ok(Some(Self {
             looks: bytemuck::zeroed_vec(with_looks.len()),
             dims: volume.lattice.dims,
             showing: showing(&shown, bricks),
@@ -113,42 +119,45 @@ impl Samples {
             made_of,
             places,
             bricks,
-        })
+        }))
     }
 
-    /// Bricks that can show.
-    pub(super) fn count(&self) -> usize {
-        self.looks.len()
-    }
-
-    /// Fills some bricks, by their places. Those up to them were filled before.
-    pub(super) fn fill(&mut self, level: Level, places: Range<usize>) {
-        let Some(Filling { with_looks, table, shader, .. }) = &self.filling else { return };
-        let MadeOf { volume: Volume(volume), published, .. } = &self.made_of;
+    /// Fills the bricks that are not filled yet.
+    ///
+    /// # Errors
+    /// [`Cancelled`]: those that were filled stay so.
+    pub(super) fn fill(&mut self, level: Level, ticket: &Ticket) -> Result<(), Cancelled> {
+        let Self { filling, looks, made_of, bricks, .. } = self;
+        let Some(Filling { with_looks, table, shader, filled }) = filling else { return Ok(()) };
+        let MadeOf { volume: Volume(volume), published, .. } = &*made_of;
         let classifier = Classifier { volume, table, published: *published };
-        let filled = places.end;
-        let bricks = &with_looks[places.clone()];
-        self.looks[places].par_iter_mut().zip(bricks).for_each(|(looks, &brick)| {
-            let first = brick_at(brick, self.bricks).map(|n| n * BRICK);
+        let fill = |looks: &mut BrickLooks, brick: usize| {
+            let first = brick_at(brick, *bricks).map(|n| n * BRICK);
             for (row, looks) in looks.chunks_exact_mut(BRICK).enumerate() {
                 let at = [first[0], first[1] + row % BRICK, first[2] + row / BRICK];
                 classifier.fill(at, looks);
-                if let Some(shader) = &shader
+                if let Some(shader) = &*shader
                     && looks.iter().any(|look| look[3] > 0.0)
                 {
                     shader.shade(level, at, looks);
                 }
             }
-        });
-        match &mut self.filling {
-            Some(filling) if filled < self.looks.len() => filling.filled = filled,
-            _ => self.filling = None,
+        };
+        let piece = BRICKS_A_THREAD * rayon::current_num_threads();
+        while *filled < with_looks.len() {
+            ticket.look()?;
+            let some = *filled..(*filled + piece).min(with_looks.len());
+            let own = looks[some.clone()].par_iter_mut().zip(&with_looks[some.clone()]);
+            own.for_each(|(looks, brick)| fill(looks, *brick));
+            *filled = some.end;
         }
+        *filling = None;
+        Ok(())
     }
 
-    /// How many of them are filled.
-    pub(super) fn filled(&self) -> usize {
-        self.filling.as_ref().map_or(self.looks.len(), |filling| filling.filled)
+    /// Whether all are filled.
+    pub(super) fn are_filled(&self) -> bool {
+        self.filling.is_none()
     }
 
     /// Whether they are those of a plan.
@@ -225,20 +234,23 @@ impl Classifier<'_> {
 }
 
 /// Bytes that the samples of a plan take.
-pub fn samples_bytes(plan: &Plan) -> u64 {
-    let Some(made_of) = MadeOf::new(plan) else { return 0 };
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn samples_bytes(plan: &Plan, ticket: &Ticket) -> Result<u64, Cancelled> {
+    let Some(made_of) = MadeOf::new(plan) else { return Ok(0) };
     let volume = &made_of.volume.0;
     let table = Table::new(&made_of.transfer, volume.samples.scalar_type());
-    let shown = shown(volume, &table);
+    let shown = shown(volume, &table, ticket)?;
     let count = shown.iter().filter(|&&shows| shows).count();
-    size_of_val(&shown[..]) as u64 * 4 + count as u64 * size_of::<BrickLooks>() as u64
+    Ok(size_of_val(&shown[..]) as u64 * 4 + count as u64 * size_of::<BrickLooks>() as u64)
 }
 
 /// Which bricks of a volume can show.
-fn shown(volume: &ScalarVolume, table: &Table) -> Vec<bool> {
+fn shown(volume: &ScalarVolume, table: &Table, ticket: &Ticket) -> Result<Vec<bool>, Cancelled> {
     let bricks = &volume.bricks;
     let shows = |brick: usize| table.shows(bricks.ranges[brick], bricks.has_holes(brick));
-    (0..bricks.ranges.len()).into_par_iter().map(shows).collect()
+    mapped(bricks.ranges.len(), A_PART, shows, ticket)
 }
 
 /// First and last brick along each axis that can show.

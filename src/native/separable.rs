@@ -7,6 +7,7 @@ use super::grid::{Line, Product, Run, least, most, within};
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
 use super::laying::MOST_AMOUNT;
 use super::passing::Sum;
+use super::weights::{self, natural};
 
 /// Slabs that are looked at together, whether anything shows there.
 const AT_ONCE: i32 = 8;
@@ -166,7 +167,6 @@ impl<S: Simd> Walk<'_, '_, S> {
                 *found = cells[k][lane] as i32 - (side - 1);
             }
         }
-        let [low, high] = [self.grid.low, self.grid.high];
         let mut light = [[0.0_f32; LANES]; 4];
         for piece in 0..parts {
             for (&node, &share) in nodes.iter().zip(weights) {
@@ -185,28 +185,12 @@ impl<S: Simd> Walk<'_, '_, S> {
                         if !any(across.simd_gt(all(simd, 0.0)) & is_left) {
                             continue;
                         }
-                        for lane in 0..LANES {
-                            let [x, y] = [first[0][lane] + a as i32, first[1][lane] + b as i32];
-                            let is_there = is_left.test(lane)
-                                && (low[0]..=high[0]).contains(&x)
-                                && (low[1]..=high[1]).contains(&y);
-                            if !is_there {
-                                continue;
-                            }
-                            let samples = self.samples.row([x, y]);
-                            for (c, weight) in along[2].iter().enumerate().take(count) {
-                                let z = first[2][lane] + c as i32;
-                                if !(low[2]..=high[2]).contains(&z) {
-                                    continue;
-                                }
-                                let Some(look) = samples.look(z) else { continue };
-                                let part = (across[lane] * weight[lane] * look[3]).min(MOST_AMOUNT);
-                                for (light, c) in light.iter_mut().zip(&look[..3]) {
-                                    light[lane] += part * c;
-                                }
-                                light[3][lane] += part;
-                            }
+                        let mut row = [all(simd, 0.0); MOST_TAPS];
+                        for (row, weight) in row.iter_mut().zip(&along[2]).take(count) {
+                            *row = across * *weight;
                         }
+                        let at = [a as i32, b as i32];
+                        self.add_row(is_left, &first, at, &row[..count], &mut light);
                     }
                 }
             }
@@ -246,10 +230,7 @@ impl<S: Simd> Walk<'_, '_, S> {
                 along[k][n] = basis(simd, offset, side);
             }
         }
-        let low = self.grid.low;
-        let high = self.grid.high;
-        let mut colour = [[0.0_f32; LANES]; 3];
-        let mut amount = [0.0_f32; LANES];
+        let mut light = [[0.0_f32; LANES]; 4];
         for a in 0..count {
             for b in 0..count {
                 let mut row = [all(simd, 0.0); 4];
@@ -261,33 +242,54 @@ impl<S: Simd> Walk<'_, '_, S> {
                     }
                     *row = weight * length;
                 }
-                for lane in 0..LANES {
-                    let [x, y] = [cells[0][lane] + a as i32, cells[1][lane] + b as i32];
-                    let is_there = is_left.test(lane)
-                        && (low[0]..=high[0]).contains(&x)
-                        && (low[1]..=high[1]).contains(&y);
-                    if !is_there {
-                        continue;
-                    }
-                    let samples = self.samples.row([x, y]);
-                    for (c, row) in row.iter().enumerate().take(count) {
-                        let z = cells[2][lane] + c as i32;
-                        if !(low[2]..=high[2]).contains(&z) {
-                            continue;
-                        }
-                        let Some(look) = samples.look(z) else { continue };
-                        let part = (row[lane] * look[3]).min(MOST_AMOUNT);
-                        for (colour, c) in colour.iter_mut().zip(look) {
-                            colour[lane] += part * c;
-                        }
-                        amount[lane] += part;
-                    }
-                }
+                let at = [a as i32, b as i32];
+                self.add_row(is_left, &cells, at, &row[..count], &mut light);
             }
         }
-        let [x, y, z] = colour.map(|light| Lanes::load_array(simd, light));
+        let [x, y, z, amount] = light.map(|light| Lanes::load_array(simd, light));
         sum.colour = sum.colour.add(Vec3 { x, y, z });
-        sum.weight += Lanes::load_array(simd, amount);
+        sum.weight += amount;
+    }
+
+    /// Adds what a row of samples gives to each ray in its cell: the row `a` and `b` beyond the `first` samples in reach, by
+    /// what its samples weigh, to colour times weight and to weight.
+    #[inline(always)]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        reason = "a few dozen samples"
+    )]
+    fn add_row(
+        &self,
+        is_left: Mask<S>,
+        first: &[[i32; LANES]; 3],
+        [a, b]: [i32; 2],
+        row: &[Lanes<S>],
+        light: &mut [[f32; LANES]; 4],
+    ) {
+        let [low, high] = [self.grid.low, self.grid.high];
+        for lane in 0..LANES {
+            let [x, y] = [first[0][lane] + a, first[1][lane] + b];
+            let is_there = is_left.test(lane)
+                && (low[0]..=high[0]).contains(&x)
+                && (low[1]..=high[1]).contains(&y);
+            if !is_there {
+                continue;
+            }
+            let samples = self.samples.row([x, y]);
+            for (c, weight) in row.iter().enumerate() {
+                let z = first[2][lane] + c as i32;
+                if !(low[2]..=high[2]).contains(&z) {
+                    continue;
+                }
+                let Some(look) = samples.look(z) else { continue };
+                let part = (weight[lane] * look[3]).min(MOST_AMOUNT);
+                for (light, c) in light.iter_mut().zip(&look[..3]) {
+                    light[lane] += part * c;
+                }
+                light[3][lane] += part;
+            }
+        }
     }
 }
 
@@ -308,27 +310,16 @@ fn least_count<S: Simd>(
 /// The weights of the samples about a place in a cell, so many to either side.
 #[inline(always)]
 fn basis<S: Simd>(simd: S, f: Lanes<S>, side: i32) -> [Lanes<S>; 4] {
-    let one = all(simd, 1.0);
-    let g = one - f;
     if side == 1 {
+        let g = all(simd, 1.0) - f;
         return [g.max(all(simd, 0.0)), f.max(all(simd, 0.0)), all(simd, 0.0), all(simd, 0.0)];
     }
-    let sixth = 1.0 / 6.0;
-    let inner = |x: Lanes<S>| {
-        // 2/3 − x² + x³/2.
-        (x * x).mul_add(x * 0.5 - one, all(simd, 2.0 / 3.0))
-    };
-    [g * g * g * sixth, inner(f), inner(g), f * f * f * sixth]
+    natural(simd, f)
 }
 
 /// The kernel in one dimension, `x` natural widths of a sample from its middle.
 #[inline(always)]
 fn scaled<S: Simd>(simd: S, x: Lanes<S>, is_tent: bool) -> Lanes<S> {
-    let (zero, x) = (all(simd, 0.0), x.abs());
-    let inner = (all(simd, 1.0) - x).max(zero);
-    if is_tent {
-        return inner;
-    }
-    let outer = (all(simd, 2.0) - x).max(zero);
-    (outer * outer * outer - inner * inner * inner * 4.0) * (1.0 / 6.0)
+    let weight = weights::at(simd, x.abs(), is_tent);
+    if is_tent { weight } else { weight * (1.0 / 6.0) }
 }

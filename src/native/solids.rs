@@ -16,12 +16,14 @@ use super::sums::Asked;
 use super::supports::NotBegun;
 use super::window::Here;
 use crate::cells::{self, CellField, Kind, Listed, On, Placed, Rim};
-use crate::core::{Cancelled, Ticket};
+use crate::core::{Cancelled, Looks, Ticket, mapped};
 use crate::kernel::Bounds;
 use crate::volume::Lattice;
 
-/// Solids that are made between two looks at the ticket.
-const A_PART: usize = 1 << 14;
+/// Solids that are made between two looks at the ticket: those with curved faces take microseconds.
+const A_PART: usize = 1 << 11;
+/// And numbers, or places, that are found.
+const A_RUN: usize = 1 << 14;
 /// Samples about a cell in which it may be found, for its rim.
 const BEYOND: f64 = 1e-3;
 /// Steps of Newton's method, at most; solids that are no parallelepipeds but like one take three.
@@ -147,8 +149,7 @@ impl Solids {
         let cells = field.cells();
         let index_from_world = lattice.axes().inverse();
         let place = |world: DVec3| index_from_world * (world - lattice.origin);
-        let is_there: Vec<bool> =
-            (0..cells.solids().len()).into_par_iter().map(|solid| field.is_there(solid)).collect();
+        let is_there = mapped(cells.solids().len(), A_RUN, |solid| field.is_there(solid), ticket)?;
         let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)?;
         let rim = Rim::of(lattice.dims);
         let made = |(i, solid): (usize, &cells::Solid)| {
@@ -184,7 +185,9 @@ impl Solids {
             }
         }
         let mut outer = Vec::new();
-        for face in cells.surface(|solid| is_there[solid]) {
+        let mut looks = Looks::every(ticket, A_PART);
+        for face in cells.surface(|solid| is_there[solid], ticket)? {
+            looks.after(1)?;
             let solid = face.solid as usize;
             let corners = cells.solids()[solid].corners();
             let values = field.at_corners(solid);
@@ -215,7 +218,15 @@ impl Solids {
 
     /// Least and greatest value in each of a lattice's bricks, of the cells that reach into it; where there are none nothing
     /// shows.
-    pub(super) fn bound(&self, bounds: &mut Bounds, bias: f64) {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn bound(
+        &self,
+        bounds: &mut Bounds,
+        bias: f64,
+        ticket: &Ticket,
+    ) -> Result<(), Cancelled> {
         let cells = self.field.cells();
         let there =
             (0..cells.solids().len()).filter(|i| !matches!(self.solids[*i], Solid::Nothing));
@@ -224,7 +235,7 @@ impl Solids {
             (cells.solids()[i].placed(&self.listed.points).bounds(), [least - bias, most - bias])
         });
         // A little more, as faces are found a rim beyond. Brick b has the places 4b − 1 to 4b + 3.
-        bounds.set_to_boxes(boxes, (-1.0, BEYOND), NOTHING);
+        bounds.set_to_boxes(boxes, (-1.0, BEYOND), NOTHING, ticket)
     }
 
     /// Where the solids land in a picture that asks for something of its slabs, and the outer faces.
@@ -237,12 +248,9 @@ impl Solids {
         ticket: &Ticket,
     ) -> Result<[Landed; 2], NotBegun> {
         let view = &rays.view;
-        let seen: Vec<DVec3> = self
-            .listed
-            .points
-            .par_iter()
-            .map(|point| view.view_from_index * (*point - view.lattice_centre))
-            .collect();
+        let points = &self.listed.points;
+        let see = |i: usize| view.view_from_index * (points[i] - view.lattice_centre);
+        let seen = mapped(points.len(), A_RUN, see, ticket)?;
         let extent = |corners: &[u32]| -> Extent {
             let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
             let [low, high] = corners.iter().fold(none, |[low, high], corner| {
@@ -251,16 +259,14 @@ impl Solids {
             });
             [(low + high) / 2.0, (high - low) / 2.0]
         };
-        let solids: Vec<Option<Extent>> = self
-            .field
-            .cells()
-            .solids()
-            .par_iter()
-            .zip(&self.solids)
-            .map(|(solid, own)| (!matches!(own, Solid::Nothing)).then(|| extent(solid.corners())))
-            .collect();
-        let outer: Vec<Option<Extent>> =
-            self.outer.par_iter().map(|outer| Some(extent(&outer.corners))).collect();
+        let all = self.field.cells().solids();
+        let of_solid = |i: usize| {
+            let is_there = !matches!(self.solids[i], Solid::Nothing);
+            is_there.then(|| extent(all[i].corners()))
+        };
+        let solids = mapped(all.len(), A_RUN, of_solid, ticket)?;
+        let of_outer = |i: usize| Some(extent(&self.outer[i].corners));
+        let outer = mapped(self.outer.len(), A_RUN, of_outer, ticket)?;
         Ok([
             Landed::new((&solids, "cells"), (rays, Some(asked)), ticket)?,
             Landed::new((&outer, "outer faces of cells"), (rays, None), ticket)?,
@@ -269,15 +275,13 @@ impl Solids {
 
     /// The growth of the value per index, or what light that falls on borders takes for it.
     pub(super) fn growths(&self, for_light: bool) -> Growths<'_> {
-        let index = self.axes.transpose();
+        // Nobody cancels a fresh ticket; rays ask here, so there is none where they are made.
         if for_light {
-            return Growths::ForLight(self.lit.get_or_init(|| self.made_for_light(index)));
+            let made = || self.made_for_light(&Ticket::new()).unwrap_or_default();
+            return Growths::ForLight(self.lit.get_or_init(made));
         }
-        Growths::Own(self.growths.get_or_init(|| {
-            // Nobody cancels a fresh ticket.
-            let Ok(world) = self.field.growths(&Ticket::new()) else { return Vec::new() };
-            world.par_iter().map(|growth| (index * *growth).as_vec3().to_array()).collect()
-        }))
+        let made = || self.made_growths(&Ticket::new()).unwrap_or_default();
+        Growths::Own(self.growths.get_or_init(made))
     }
 
     /// Makes these before rays ask for them, where it can be cancelled and all threads take part.
@@ -285,40 +289,48 @@ impl Solids {
     /// # Errors
     /// [`Cancelled`].
     pub(super) fn make_growths(&self, for_light: bool, ticket: &Ticket) -> Result<(), Cancelled> {
-        if for_light {
-            self.field.shading_normals(ticket)?;
+        if for_light && self.lit.get().is_none() {
+            let made = self.made_for_light(ticket)?;
+            self.lit.get_or_init(|| made);
         }
-        self.field.growths(ticket)?;
-        self.growths(for_light);
+        if !for_light && self.growths.get().is_none() {
+            let made = self.made_growths(ticket)?;
+            self.growths.get_or_init(|| made);
+        }
         Ok(())
     }
 
-    fn made_for_light(&self, index: DMat3) -> Lit {
-        // Nobody cancels a fresh ticket.
-        let Ok(of) = self.field.shading_normals(&Ticket::new()) else { return Lit::default() };
-        let normal = |normal: &cells::ShadingNormal| {
-            let [x, y, z] = (index * normal.growth).as_vec3().to_array();
-            [x, y, z, f32::from(u8::from(normal.is_on_border))]
+    fn made_growths(&self, ticket: &Ticket) -> Result<Vec<[f32; 3]>, Cancelled> {
+        let (world, index) = (self.field.growths(ticket)?, self.axes.transpose());
+        mapped(world.len(), A_RUN, |i| (index * world[i]).as_vec3().to_array(), ticket)
+    }
+
+    fn made_for_light(&self, ticket: &Ticket) -> Result<Lit, Cancelled> {
+        let (of, index) = (self.field.shading_normals(ticket)?, self.axes.transpose());
+        let world = of.normals();
+        let normal = |i: usize| {
+            let [x, y, z] = (index * world[i].growth).as_vec3().to_array();
+            [x, y, z, f32::from(u8::from(world[i].is_on_border))]
         };
         let solids = self.field.cells().solids();
         // In the order of the outer faces, which are by their solids, too.
-        let faces = of.faces().iter().zip(&self.outer).map(|(face, outer)| {
+        let mut looks = Looks::every(ticket, A_RUN);
+        let mut faces = Vec::with_capacity(of.faces().len());
+        for (face, outer) in of.faces().iter().zip(&self.outer) {
+            looks.after(1)?;
             let solid = &solids[outer.solid as usize];
-            let normal = |point: u32| {
+            let own = |point: u32| {
                 let at = solid.corners().iter().position(|corner| *corner == point);
                 face.corners[at.unwrap_or_default()]
             };
-            LitFace {
+            faces.push(LitFace {
                 height: solid.kind().heights()[usize::from(face.number)],
                 corners: face.corners,
-                own: outer.corners.map(normal),
-            }
-        });
-        Lit {
-            normals: of.normals().par_iter().map(normal).collect(),
-            faces: faces.collect(),
-            starts: of.starts().to_vec(),
+                own: outer.corners.map(own),
+            });
         }
+        let normals = mapped(world.len(), A_RUN, normal, ticket)?;
+        Ok(Lit { normals, faces, starts: of.starts().to_vec() })
     }
 
     /// Bytes of memory.

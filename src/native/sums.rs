@@ -15,12 +15,15 @@ use super::own::{Found, no_border, widen_border};
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
 use super::window::{Ends, FACES, Here, Window};
-use crate::core::Ticket;
+use crate::core::{Ticket, mapped};
 use crate::rbf::{Basis, Function};
 use crate::scene::{Classify, View};
 
 /// Products go from face to face as long as no ray begins so far down a function's flank, as an exponent.
 const STEEPEST: f32 = 20.0;
+
+/// Functions that are placed between two looks at the ticket.
+const A_RUN: usize = 1 << 13;
 
 /// Where the functions land in a picture.
 ///
@@ -31,15 +34,16 @@ pub(super) fn landed(
     rays: &Rays,
     ticket: &Ticket,
 ) -> Result<Landed, NotBegun> {
-    let extent = |(function, reach): (&Function, &f64)| {
+    let listed = &functions.listed;
+    let extent = |i: usize| {
+        let (function, reach): (&Function, f64) = (&listed.functions[i], listed.reaches[i]);
         let view: &View = &rays.view;
         let middle = view.view_from_index * (function.centre - view.lattice_centre);
         let rows = (view.view_from_index * function.shape.inverse()).transpose();
         let lengths = [rows.x_axis, rows.y_axis, rows.z_axis].map(glam::DVec3::length);
         Some([middle, glam::DVec3::from(lengths) * reach.sqrt()])
     };
-    let listed = &functions.listed;
-    let extents: Vec<_> = listed.functions.iter().zip(&listed.reaches).map(extent).collect();
+    let extents = mapped(listed.functions.len(), A_RUN, extent, ticket)?;
     Landed::new((&extents, "basis functions"), (rays, None), ticket)
 }
 

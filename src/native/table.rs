@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose, columns};
 use super::lattice::Lattice;
 use super::light::ValueScale;
+use crate::core::{Cancelled, Ticket};
 use crate::transfer::Cumulative;
 
 /// Part of a cell by which values are lifted, so that rounding does not take one out of the cell that
@@ -15,6 +16,9 @@ const LIFT_CELLS: f64 = 0.0625;
 /// Values nearer to each other than this many cells are classified by the one in their middle: single
 /// precision has too few digits for the difference of their integrals.
 const NEAR_CELLS: f32 = 4.0;
+
+/// Bricks between two looks at the ticket.
+const A_PART: usize = 1 << 12;
 
 /// A transfer function, ready for a lattice, and where it shows anything of it.
 #[derive(Debug)]
@@ -71,8 +75,16 @@ impl<S: Simd> Halves<S> {
 
 impl Table {
     /// Isosurfaces at `levels` show where the field passes them.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
     #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
-    pub(super) fn new(lattice: &Lattice, of: &Cumulative, levels: &[f64]) -> Self {
+    pub(super) fn new(
+        lattice: &Lattice,
+        of: &Cumulative,
+        levels: &[f64],
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
         let cells = of.cells.iter().zip(&of.slopes).map(|(&[r, g, b, weight], &slope)| {
             #[expect(clippy::cast_sign_loss, reason = "0..=65535")]
             let unorm = |x: f32| (x.clamp(0.0, 1.0) * 65535.0 + 0.5) as u32;
@@ -81,7 +93,7 @@ impl Table {
         let sums = of.emission.iter().zip(&of.depth);
         let sums = sums.map(|(e, &w)| [e[0], e[1], e[2], w].map(f32::to_bits));
         let holes_show = of.no_data[3] > 0.0;
-        let near_holes = if holes_show { lattice.near_holes() } else { &[] };
+        let near_holes = if holes_show { lattice.near_holes(ticket)? } else { &[] };
         let shows = |brick: usize, [low, high]: [f32; 2]| {
             let (low, high) = (f64::from(low) + lattice.bias, f64::from(high) + lattice.bias);
             // The rounding of 32 bits.
@@ -91,9 +103,15 @@ impl Table {
                 || near_holes.get(brick).is_some_and(|is| *is)
                 || levels.iter().any(|level| (low..=high).contains(level))
         };
-        let ranges = lattice.bricks.ranges.par_iter().enumerate();
-        let visible = ranges.filter(|(brick, range)| shows(*brick, **range));
-        Self {
+        let mut visible = Vec::new();
+        for (part, ranges) in lattice.bricks.ranges.chunks(A_PART).enumerate() {
+            ticket.look()?;
+            let first = part * A_PART;
+            let own = ranges.par_iter().enumerate().map(|(i, range)| (first + i, *range));
+            let own = own.filter(|(brick, range)| shows(*brick, *range));
+            visible.par_extend(own.map(|(brick, _)| brick as u32));
+        }
+        Ok(Self {
             entries: cells.chain(sums).collect(),
             cells: of.cells.len() as f32,
             shown: of.shown(),
@@ -103,8 +121,8 @@ impl Table {
             offset: ((lattice.bias - of.low) * of.scale + LIFT_CELLS) as f32,
             scale: of.scale as f32,
             values: ValueScale { of_zero: LIFT_CELLS - of.low * of.scale, per_value: of.scale },
-            visible: visible.map(|(brick, _)| brick as u32).collect(),
-        }
+            visible,
+        })
     }
 
     /// Bytes of memory.

@@ -38,7 +38,11 @@ fn lattice(volume: &Arc<ScalarVolume>, kernel: Kernel) -> Lattice {
     lattice_of(volume, kernel, None)
 }
 
-fn lattice_of(volume: &Arc<ScalarVolume>, kernel: Kernel, extent: Option<f64>) -> Lattice {
+pub(super) fn lattice_of(
+    volume: &Arc<ScalarVolume>,
+    kernel: Kernel,
+    extent: Option<f64>,
+) -> Lattice {
     lattice_for(volume, kernel, extent, false)
 }
 
@@ -508,7 +512,7 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
         let statistics = &field.volume.statistics;
         let scalar_type = field.volume.samples.scalar_type();
         let of = Cumulative::new(&field.transfer, scalar_type, statistics, Weight::Extinction);
-        let table = Table::new(&lattice, &of, &[]);
+        let table = Table::new(&lattice, &of, &[], &Ticket::new()).expect("not cancelled");
         let rays = Rays::new(&plan, lattice.dims.map(|n| n as f64 - 0.5), &[]);
         let masks =
             Masks::new(&rays, &lattice.bricks, (lattice.dims, &table.visible), &Ticket::new())
@@ -620,7 +624,7 @@ pub(super) fn shard() -> PolygonLayer {
 }
 
 /// An engine with a plan's field, and the kernels of its first list.
-fn of_field(plan: &Plan, threads: usize) -> (super::Renderer, KernelSlabs) {
+pub(super) fn of_field(plan: &Plan, threads: usize) -> (super::Renderer, KernelSlabs) {
     let field = plan.field().expect("a field");
     let splats = plan.kernels[0].classification.levels(&Ticket::new()).expect("not cancelled");
     let slabs = KernelSlabs {
@@ -636,7 +640,7 @@ fn of_field(plan: &Plan, threads: usize) -> (super::Renderer, KernelSlabs) {
     renderer.set_field(which, stored.expect("not cancelled"));
     let (scalar_type, weight) = (volume.samples.scalar_type(), Weight::Extinction);
     let of = Cumulative::new(&field.transfer, scalar_type, &volume.statistics, weight);
-    renderer.set_table(which, &of, &[]);
+    renderer.set_table(which, &of, &[], &ticket).expect("not cancelled");
     (renderer, slabs)
 }
 
@@ -649,7 +653,7 @@ fn a_cancelled_ticket_begins_no_picture_and_leaves_the_engine_well() {
     cancelled.cancel();
     let mut draw = |ticket: &Ticket| {
         renderer.begin(&plan, SlabField::Own, Some(&slabs), 5e-4, ticket)?;
-        renderer.draw_tiles(0..super::tile_count(plan.size), f64::INFINITY);
+        renderer.draw_tiles(0..super::tile_count(plan.size), f64::INFINITY, ticket)?;
         Ok(renderer.light())
     };
     let first = draw(&Ticket::new());

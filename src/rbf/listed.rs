@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 
 use super::encoding::{Blend, Encoding};
 use super::function::{Basis, Function};
-use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Cancelled, Looks, Ticket};
 
 /// Cells along an axis, at most: more would gain nothing, since functions reach across many of them.
 const MOST_CELLS: usize = 32;
@@ -14,8 +14,10 @@ const MOST_CELLS: usize = 32;
 const LEAST_EDGE: usize = 4;
 /// Entries of all lists, at most; cells are larger where they would be more.
 const MOST_ENTRIES: usize = 1 << 26;
-/// Functions placed between two looks at the ticket.
-const A_PART: usize = 1 << 10;
+/// Functions placed, or cells that one may reach, between two looks at the ticket.
+const A_PART: usize = 1 << 14;
+/// A function is as much work as so many cells.
+const A_FUNCTION: usize = 16;
 
 /// The functions of an encoding, less its bias, in the index space of a lattice, and which of them reach each of its cells.
 ///
@@ -55,20 +57,23 @@ impl Listed {
         (dims, axes, origin): ([usize; 3], DMat3, DVec3),
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let own = encoding.functions().iter().map(|function| function.seen_from(axes, origin));
-        let functions: Vec<Function> = own.collect();
+        let mut looks = Looks::every(ticket, A_PART);
+        let mut functions = Vec::with_capacity(encoding.functions().len());
+        for function in encoding.functions() {
+            looks.after(A_FUNCTION)?;
+            functions.push(function.seen_from(axes, origin));
+        }
         let reaches = encoding.reaches().to_vec();
-        let (edge, cells) = cells_for(&functions, &reaches, dims);
+        let (edge, cells) = cells_for(&functions, &reaches, dims, ticket)?;
         let mut starts = vec![0_u32; cells.iter().product::<usize>() + 1];
         let mut touched: Vec<[u32; 2]> = Vec::new();
         for (i, (function, reach)) in functions.iter().zip(&reaches).enumerate() {
-            if i.is_multiple_of(A_PART) && ticket.is_cancelled() {
-                return Err(Cancelled);
-            }
+            let before = touched.len();
             touch(function, *reach, (edge, cells), |cell| {
                 starts[cell + 1] += 1;
                 touched.push([cell as u32, i as u32]);
             });
+            looks.after(touched.len() - before + A_FUNCTION)?;
         }
         for cell in 1..starts.len() {
             starts[cell] += starts[cell - 1];
@@ -76,6 +81,7 @@ impl Listed {
         let mut next = starts.clone();
         let mut lists = vec![0; touched.len()];
         for [cell, function] in touched {
+            looks.after(1)?;
             let at = &mut next[cell as usize];
             lists[*at as usize] = function;
             *at += 1;
@@ -165,17 +171,27 @@ impl Listed {
 }
 
 /// Samples along the edge of a cell, and cells along each axis: as fine as lists have room for.
-fn cells_for(functions: &[Function], reaches: &[f64], dims: [usize; 3]) -> (usize, [usize; 3]) {
+fn cells_for(
+    functions: &[Function],
+    reaches: &[f64],
+    dims: [usize; 3],
+    ticket: &Ticket,
+) -> Result<(usize, [usize; 3]), Cancelled> {
+    let mut looks = Looks::every(ticket, A_PART);
     let mut edge = dims.iter().map(|n| n.div_ceil(MOST_CELLS)).fold(LEAST_EDGE, usize::max);
     loop {
         let cells = dims.map(|n| n.div_ceil(edge));
-        let entries = functions.iter().zip(reaches).try_fold(0_usize, |sum, (function, reach)| {
+        let mut entries = 0;
+        for (function, reach) in functions.iter().zip(reaches) {
+            looks.after(A_FUNCTION)?;
             let [low, high] = spans(function, *reach, (edge as f64, cells));
-            let count: usize = (0..3).map(|axis| high[axis] - low[axis] + 1).product();
-            Some(sum + count).filter(|sum| *sum <= MOST_ENTRIES)
-        });
-        if entries.is_some() || cells == [1; 3] {
-            return (edge, cells);
+            entries += (0..3).map(|axis| high[axis] - low[axis] + 1).product::<usize>();
+            if entries > MOST_ENTRIES {
+                break;
+            }
+        }
+        if entries <= MOST_ENTRIES || cells == [1; 3] {
+            return Ok((edge, cells));
         }
         edge *= 2;
     }

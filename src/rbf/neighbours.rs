@@ -10,7 +10,7 @@ use rstar::{PointDistance, RTree};
 
 use super::encoding::Encoding;
 use super::function::Function;
-use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Cancelled, Looks, Ticket};
 
 /// Neighbours that tell how a sample's ellipsoid lies: those of a cubic lattice along its axes and its faces' diagonals.
 const NEIGHBOURS: usize = 18;
@@ -27,8 +27,10 @@ const REACH: f64 = 3.0;
 const THINNEST: f64 = 0.25;
 /// The greatest width of an ellipsoid about a point, of their median.
 const WIDEST: f64 = 2.0;
-/// Samples that are looked at between two looks at the ticket.
+/// Samples that a thread looks at after one another.
 const A_PART: usize = 1 << 10;
+/// Of them, those between two looks at the ticket: each looks for its neighbours.
+const BETWEEN_LOOKS: usize = 1 << 6;
 
 /// A place, and the number of a sample there.
 type Place = GeomWithData<[f64; 3], usize>;
@@ -55,13 +57,12 @@ impl Encoding {
         let parts: Result<Vec<Vec<Function>>, Cancelled> = samples
             .par_chunks(A_PART)
             .map(|part| {
-                if ticket.is_cancelled() {
-                    return Err(Cancelled);
-                }
+                let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
                 let function = |(at, value): &(DVec3, f64)| {
-                    Function::about(*at, shape_at(*at, &tree), value - bias)
+                    looks.after(1)?;
+                    Ok(Function::about(*at, shape_at(*at, &tree), value - bias))
                 };
-                Ok(part.iter().map(function).collect())
+                part.iter().map(function).collect()
             })
             .collect();
         Ok(Self::mean(bias, REACH, parts?.concat()))
@@ -259,6 +260,7 @@ impl Axes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::assert_stops;
 
     fn lattice(steps: DVec3) -> impl Iterator<Item = DVec3> {
         (0..7 * 7 * 7).map(move |i| steps * DVec3::from([i % 7, i / 7 % 7, i / 49].map(f64::from)))
@@ -394,8 +396,13 @@ mod tests {
         assert_eq!(farthest.value(DVec3::splat(1e300)), 2.0);
         let nan = (DVec3::NAN, 1.0);
         assert!(mean_of([nan, (DVec3::ONE, f64::NAN)]).value(DVec3::ZERO).is_nan());
-        let ticket = Ticket::new();
-        ticket.cancel();
-        assert!(Encoding::about_samples([(DVec3::ONE, 1.0)], &ticket).is_err());
+    }
+
+    #[test]
+    fn ellipsoids_are_left_off_within_a_part_where_a_ticket_says_so() {
+        let at = |i: usize| DVec3::from([i % 20, i / 20 % 20, i / 400].map(|n| n as f64));
+        assert_stops("ellipsoids", 20_usize.pow(3) / BETWEEN_LOOKS, |ticket| {
+            Encoding::about_samples((0..20_usize.pow(3)).map(|i| (at(i), 1.0)), ticket)
+        });
     }
 }

@@ -12,7 +12,7 @@ use super::encode::resume_within;
 use super::refine::derivatives;
 use super::solve::{Column, least_squares};
 use super::*;
-use crate::core::Ticket;
+use crate::core::{Ticket, assert_stops};
 
 const GOAL: Goal = Goal { basis: Basis::Ellipsoid, max_error: 0.01, functions: 200 };
 
@@ -790,4 +790,22 @@ fn gradients_are_finite_differences() {
         }
         assert!(worst < 1e-4, "{basis:?}: {worst}");
     }
+}
+
+/// Functions are placed, counted and put in lists, each in one cell or more.
+#[test]
+fn lists_of_many_functions_are_left_off_where_a_ticket_says_so() {
+    let mut next = random();
+    let functions: Vec<Function> = (0..40_000)
+        .map(|_| Function {
+            centre: DVec3::new(next(), next(), next()) * 60.0,
+            shape: DMat3::from_diagonal(DVec3::splat(2.0)),
+            weight: next(),
+        })
+        .collect();
+    let least = 3 * 16 * functions.len() / (1 << 14);
+    let bounds = [DVec3::splat(-3.0), DVec3::splat(63.0)];
+    let encoding = Encoding::new(Basis::Gaussian, 0.0, 0.05, functions, bounds);
+    let space = ([61; 3], DMat3::IDENTITY, DVec3::ZERO);
+    assert_stops("lists of functions", least, |ticket| Listed::new(&encoding, space, ticket));
 }

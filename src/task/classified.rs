@@ -153,6 +153,10 @@ impl Observer for Unless<'_> {
     fn piece_done(&mut self, picture: &mut dyn Canvas, done: f64) -> bool {
         self.ticket.is_cancelled() || self.observer.piece_done(picture, done)
     }
+
+    fn is_overtaken(&mut self) -> bool {
+        self.ticket.is_cancelled() || self.observer.is_overtaken()
+    }
 }
 
 impl Drawer {

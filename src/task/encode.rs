@@ -146,7 +146,7 @@ pub fn encode_field(
             }
         }
     };
-    let middles = grid.middles(field.association, &samples, MOST_MIDDLES);
+    let middles = grid.middles(field.association, &samples, MOST_MIDDLES, ticket)?;
     let between = encoding.values(&middles, ticket)?;
     let beyond = between.iter().map(|value| (value - high).max(low - value));
     let overshoot = beyond.fold(0.0, f64::max);

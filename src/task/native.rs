@@ -10,7 +10,7 @@ use super::job::LOOK_EVERY;
 use super::previews::is_of_few_cells;
 use super::slabs::STOP_BELOW;
 use super::vectors::PictureVectors;
-use crate::core::{Pace, Ticket, memory};
+use crate::core::{Cancelled, Pace, Ticket, memory};
 use crate::gpu::timing::Timer;
 use crate::gpu::{GpuError, PassTime};
 use crate::kernel::Kernel;
@@ -22,12 +22,15 @@ use crate::volume::{Scalar, ScalarVolume};
 use crate::with_samples;
 use rayon::prelude::*;
 
-/// Tiles in the first piece, before any was timed.
-const FIRST_TILES: u32 = 64;
-/// No tile is begun after so many times the time of a piece.
+/// Tiles in the first piece, before any was timed: each piece costs a thread's start, and none is waited for to its end.
+const FIRST_TILES: u32 = 1024;
+/// And no shorter pieces are aimed at, milliseconds.
+const LEAST_PIECE_MS: f64 = 30.0;
+/// No tile is begun after so many times the time of a piece: how far a picture is, and what of it is there, is told in between.
 const LATEST: f64 = 3.0;
-/// Bricks of samples in the first piece.
-const FIRST_BRICKS: u32 = 512;
+
+/// Samples that are counted between two looks at the ticket.
+const COUNTED: usize = 1 << 16;
 
 /// Pictures of more pixels than this ask for memory first: looking how much is free takes a while.
 const MANY_PIXELS: u64 = 1 << 23;
@@ -151,7 +154,7 @@ impl Drawer {
 
     /// Has the native engine begin a picture, on a thread of its own: lists of a million kernels take longer than
     /// something newer should wait.
-    fn begin_native(
+    pub(super) fn begin_native(
         &mut self,
         observer: &mut dyn Observer,
         begin: impl FnOnce(&mut native::Renderer, &Ticket) -> Result<(), NotBegun> + Send,
@@ -173,26 +176,11 @@ impl Drawer {
         observer: &mut dyn Observer,
         work: impl FnOnce(&Ticket) -> T + Send,
     ) -> T {
-        let ticket = Ticket::new();
-        let done = std::thread::scope(|scope| {
-            let (done, is_done) = mpsc::channel::<()>();
-            let worker = scope.spawn(|| {
-                // Dropped at the end, or where it fails.
-                let _done = done;
-                work(&ticket)
-            });
-            while is_done.recv_timeout(LOOK_EVERY) == Err(mpsc::RecvTimeoutError::Timeout) {
-                if observer.piece_done(&mut self.engines, 0.0) {
-                    ticket.cancel();
-                }
-            }
-            worker.join()
-        });
-        done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        watched_by(|| observer.piece_done(&mut self.engines, 0.0), work)
     }
 
     /// The tiles of a picture that the native engine has begun, some at a time: as many as took one piece's time before, and fewer
-    /// where these take much longer.
+    /// where these take much longer. Something newer waits for the tiles under way alone.
     fn native_tiles(
         &mut self,
         size: [u32; 2],
@@ -203,10 +191,13 @@ impl Drawer {
         while done < total {
             let begin = Instant::now();
             let end = (done + pace.piece()).min(total);
-            let most_ms = LATEST * observer.piece_ms();
-            let end = self.engines.native.draw_tiles(done..end, most_ms);
+            let piece_ms = observer.piece_ms().max(LEAST_PIECE_MS);
+            let most_ms = LATEST * piece_ms;
+            let native = &mut self.engines.native;
+            let piece = |ticket: &Ticket| native.draw_tiles(done..end, most_ms, ticket);
+            let end = watched_by(|| observer.is_overtaken(), piece)?;
             let took_ms = begin.elapsed().as_secs_f64() * 1e3;
-            pace.learn(f64::from(end - done), took_ms, observer.piece_ms());
+            pace.learn(f64::from(end - done), took_ms, piece_ms);
             done = end;
             let share = f64::from(done) / f64::from(total);
             if observer.piece_done(&mut self.engines, share) {
@@ -231,7 +222,7 @@ impl Drawer {
         self.native_tiles(plan.size, observer)
     }
 
-    /// Has the samples of a plan that shades first at hand, some bricks at a time.
+    /// Has the samples of a plan that shades first at hand.
     fn prepare_samples(
         &mut self,
         plan: &Plan,
@@ -240,24 +231,14 @@ impl Drawer {
         if plan.reconstructs() || plan.field().is_none() {
             return Ok(());
         }
-        if !self.engines.native.holds_samples(plan) {
-            let bytes = native::samples_bytes(plan);
+        if self.engines.native.holds_samples(plan) {
+            return Ok(());
+        }
+        if !self.engines.native.begun_samples(plan) {
+            let bytes = self.watched(observer, |ticket| native::samples_bytes(plan, ticket))?;
             memory::require("samples beside their volume", bytes, memory::free_bytes())?;
         }
-        let [total, mut done] = self.engines.native.begin_samples(plan);
-        let mut pace = Pace::new(FIRST_BRICKS, 64);
-        while done < total {
-            let begin = Instant::now();
-            let end = (done + pace.piece() as usize).min(total);
-            self.engines.native.fill_samples(done..end);
-            let took_ms = begin.elapsed().as_secs_f64() * 1e3;
-            pace.learn((end - done) as f64, took_ms, observer.piece_ms());
-            done = end;
-            if observer.piece_done(&mut self.engines, 0.0) {
-                return Err(DrawError::Interrupted);
-            }
-        }
-        Ok(())
+        self.begin_native(observer, |native, ticket| Ok(native.make_samples(plan, ticket)?))
     }
 
     /// What quick pictures are drawn from, where the native engine draws: without a field there would be nothing.
@@ -273,24 +254,31 @@ impl Drawer {
     }
 
     /// Counts the voxels with opacity of a plan that was drawn without an octree.
-    pub(super) fn count_active(&mut self, plan: &Plan) -> u64 {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn count_active(&mut self, plan: &Plan, ticket: &Ticket) -> Result<u64, Cancelled> {
         if let Some(count) = self.active_count() {
-            return count;
+            return Ok(count);
         }
-        let Some(Field { volume, transfer, .. }) = plan.field() else { return 0 };
+        let Some(Field { volume, transfer, .. }) = plan.field() else { return Ok(0) };
         let is_of = |(of, by, _): &&(Arc<ScalarVolume>, TransferFunction, u64)| {
             Arc::ptr_eq(of, volume) && by == transfer
         };
         if let Some((_, _, count)) = self.counted.as_ref().filter(is_of) {
-            return *count;
+            return Ok(*count);
         }
         let table = Table::new(transfer, volume.samples.scalar_type());
         let count = with_samples!(&*volume.samples, values => {
             let shows = |value: &&_| table.lookup(Scalar::to_f64(**value))[3] > 0.0;
-            values.par_iter().filter(shows).count() as u64
+            let some = values.par_chunks(COUNTED);
+            let some = some.map(|some| {
+                ticket.look().map(|()| some.iter().filter(shows).count() as u64)
+            });
+            some.try_reduce(|| 0, |a, b| Ok(a + b))?
         });
         self.counted = Some((Arc::clone(volume), transfer.clone(), count));
-        count
+        Ok(count)
     }
 
     /// Has passes timed from now on; by whose clock.
@@ -322,14 +310,42 @@ impl Drawer {
     }
 }
 
+/// Does work that asks a ticket on a thread of its own, and cancels that once it is overtaken.
+fn watched_by<T: Send>(
+    mut is_overtaken: impl FnMut() -> bool,
+    work: impl FnOnce(&Ticket) -> T + Send,
+) -> T {
+    let ticket = Ticket::new();
+    let done = std::thread::scope(|scope| {
+        let (done, is_done) = mpsc::channel::<()>();
+        let worker = scope.spawn(|| {
+            // Dropped at the end, or where it fails.
+            let _done = done;
+            work(&ticket)
+        });
+        let mut goes_on = true;
+        while is_done.recv_timeout(LOOK_EVERY) == Err(mpsc::RecvTimeoutError::Timeout) {
+            // Once is enough: it may have been told of something that it takes.
+            if goes_on && is_overtaken() {
+                ticket.cancel();
+                goes_on = false;
+            }
+        }
+        worker.join()
+    });
+    done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
 
     use super::super::engines::{Canvas, EngineChoice, Engines};
     use super::*;
-    use crate::core::Cancelled;
+    use crate::core::assert_stops;
     use crate::gpu::Wishes;
+    use crate::scene::{SampleSource, Scene, opening};
+    use crate::volume::demo;
 
     /// Stops at the look of a number.
     struct StopsAt(u32);
@@ -361,18 +377,75 @@ mod tests {
         assert!(drawer.engines.native.name().ends_with("3 threads"), "the engine is another");
     }
 
-    /// What whole pictures cost is learnt of those that are large enough to tell.
-    #[test]
-    fn small_whole_pictures_say_nothing_of_what_larger_ones_take() {
-        use super::super::draw::{LEAST_SIDE, LEAST_WHOLE};
-        use crate::scene::{SampleSource, opening};
-
-        let grid = crate::volume::demo::open("demo:shells:16", None).expect("a demo");
+    fn shells(name: &str) -> Scene {
+        let grid = demo::open(name, None).expect("a demo");
         let field = grid.field(None).expect("a field");
         let component = crate::volume::Component::Index(0);
         let volume = grid.scalar(field, component, &Ticket::new()).expect("not cancelled");
         let mut scene = opening(SampleSource::default(), Arc::new(volume), None);
         scene.splat = SplatSettings::EXACT;
+        scene
+    }
+
+    /// Counts its looks, and is overtaken from one of them on; its pieces are as long as there are.
+    struct Overtaken {
+        looks: u32,
+        after: u32,
+        pieces: u32,
+    }
+
+    impl Observer for Overtaken {
+        fn piece_done(&mut self, _: &mut dyn Canvas, done: f64) -> bool {
+            self.pieces += u32::from(done > 0.0);
+            false
+        }
+
+        fn is_overtaken(&mut self) -> bool {
+            self.looks += 1;
+            self.looks > self.after
+        }
+
+        fn piece_ms(&self) -> f64 {
+            1e9
+        }
+    }
+
+    /// Pieces of a still take as long as they like: what overtakes them does not wait for their ends.
+    #[test]
+    fn something_newer_waits_for_no_piece_of_tiles() {
+        let mut scene = shells("demo:shells:24");
+        let drawer = &mut drawer();
+        drawer.engines.native = native::Renderer::with_threads(2);
+        // Seconds of drawing in pieces of tenths of seconds.
+        scene.splat.slabs_per_voxel = 64.0;
+        let plan = Plan::of(&scene, [800, 600]);
+        let mut overtaken = Overtaken { looks: 0, after: 3, pieces: 0 };
+        let ended = drawer.natively(&plan, SlabField::Own, &mut overtaken);
+        assert_eq!(ended.map(|drawn| drawn.size), Err(DrawError::Interrupted));
+        assert_eq!(overtaken.looks, 4, "nobody asks again");
+        // It is as well as it was.
+        scene.splat.slabs_per_voxel = 1.0;
+        let plan = Plan::of(&scene, [48, 32]);
+        let mut goes_on = Overtaken { looks: 0, after: u32::MAX, pieces: 0 };
+        let drawn = drawer.natively(&plan, SlabField::Own, &mut goes_on);
+        assert_eq!(drawn.map(|drawn| drawn.size), Ok([48, 32]));
+        assert!(goes_on.pieces > 0);
+    }
+
+    #[test]
+    fn voxels_are_counted_some_at_a_time() {
+        let plan = Plan::of(&shells("demo:shells:96"), [16, 16]);
+        assert_stops("counting", 96 * 96 * 96 / COUNTED, |ticket| {
+            drawer().count_active(&plan, ticket)
+        });
+    }
+
+    /// What whole pictures cost is learnt of those that are large enough to tell.
+    #[test]
+    fn small_whole_pictures_say_nothing_of_what_larger_ones_take() {
+        use super::super::draw::{LEAST_SIDE, LEAST_WHOLE};
+
+        let scene = shells("demo:shells:16");
         let mut drawer = drawer();
         let mut learnt = |side: f64, which: SlabField| {
             let before = drawer.costs;

@@ -150,6 +150,11 @@ pub trait Observer {
     /// `done` of 1 is drawn. True stops the rung.
     fn piece_done(&mut self, picture: &mut dyn Canvas, done: f64) -> bool;
 
+    /// Whether something newer came, asked while a piece is under way and there is no picture to look at.
+    fn is_overtaken(&mut self) -> bool {
+        false
+    }
+
     /// How long a piece should take, milliseconds.
     fn piece_ms(&self) -> f64 {
         PIECE_MS

@@ -396,7 +396,9 @@ impl Drawer {
                 weight,
             );
             match is_native {
-                true => self.engines.native.set_table(which, &table, &key.levels),
+                true => self.begin_native(observer, |native, ticket| {
+                    Ok(native.set_table(which, &table, &key.levels, ticket)?)
+                })?,
                 false => {
                     self.engines.gpu()?.set_slab_table(which, &table, key.reach, &key.levels)?;
                 }

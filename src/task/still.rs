@@ -216,6 +216,10 @@ impl Observer for Watch<'_> {
         STILL_PIECE_MS
     }
 
+    fn is_overtaken(&mut self) -> bool {
+        self.0.is_cancelled()
+    }
+
     fn piece_done(&mut self, _: &mut dyn Canvas, done: f64) -> bool {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=1000")]
         self.0.checkpoint((done * 1000.0) as u64, 1000).is_err()
@@ -328,7 +332,7 @@ pub(super) fn draw(
         EngineKind::Native => Backend::Tiles,
         EngineKind::Gpu => backend_of(rung, &drawn, &plan),
     };
-    let kernels_active = drawer.count_active(&plan);
+    let kernels_active = drawer.count_active(&plan, ticket)?;
     if let Some((_, count)) = scene.own_kernels().filter(|_| rung == Rung::Full) {
         drawn.kernels = count;
     } else if drew == EngineKind::Native && drawn.nodes == 0 {

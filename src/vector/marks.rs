@@ -10,7 +10,7 @@ use std::f64::consts::FRAC_PI_2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::core::names;
+use crate::core::{Cancelled, Ticket, names};
 use crate::kernel::{Kernel, RadialKernel};
 
 /// Steps that the marks take from one end of the splat to the other.
@@ -115,7 +115,7 @@ impl Level {
 
 /// Intensities 0..=1 over the disc of radius 1, by phase and foreshortening, at falling sizes; without
 /// the window, which is the kernel's and known in closed form.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Marks {
     /// The finest first, each half as many texels a side.
     pub levels: Vec<Level>,
@@ -133,24 +133,37 @@ struct Particle {
 impl Marks {
     /// The table of a design. The same on every machine.
     pub fn new(design: Design) -> Self {
+        // Nobody cancels a fresh ticket.
+        Self::made(design, &Ticket::new()).unwrap_or_default()
+    }
+
+    /// The same, which takes some tenths of a second, for as long as nobody cancels it.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn made(design: Design, ticket: &Ticket) -> Result<Self, Cancelled> {
         let look = design.look();
         let particles = particles(look.count);
         let side = MARK_SIDE;
-        let pictures = (0..MARK_COLUMNS * PHASES).into_par_iter().flat_map_iter(|picture| {
+        let picture = |picture: usize| {
+            ticket.look()?;
             let (column, phase) = (picture / PHASES, picture % PHASES);
-            drawn(&look, &particles, column, phase as f64 / PHASES as f64)
-        });
+            Ok(drawn(&look, &particles, column, phase as f64 / PHASES as f64))
+        };
+        let pictures = (0..MARK_COLUMNS * PHASES).into_par_iter().map(picture);
+        let pictures: Vec<Vec<u8>> = pictures.collect::<Result<_, Cancelled>>()?;
         let blur = [0.0; MARK_COLUMNS];
-        let mut levels = vec![Level { side, intensities: pictures.collect(), blur }];
+        let mut levels = vec![Level { side, intensities: pictures.concat(), blur }];
         while let Some(finer) = levels.last().filter(|level| level.side > LEAST_SIDE) {
+            ticket.look()?;
             let coarser = halved(finer);
             levels.push(coarser);
         }
         let finest = levels[0].clone();
         for level in &mut levels[1..] {
-            level.blur = blur_of(level, &finest);
+            level.blur = blur_of(level, &finest, ticket)?;
         }
-        Self { levels }
+        Ok(Self { levels })
     }
 
     /// What the colour of MODULATE is multiplied by where the intensity was found to be `intensity`.
@@ -318,6 +331,8 @@ fn halved(finer: &Level) -> Level {
     Level { side, intensities: intensities.collect(), blur: [0.0; MARK_COLUMNS] }
 }
 
+/// Places of the window between two looks at the ticket.
+const BLUR_LOOKS: usize = 1 << 8;
 /// Places of the window, and how far along x and y from one to the next, within 0..1: no row of texels is met
 /// at one height alone, or all of a streak would be.
 const BLUR_PLACES: usize = 1 << 13;
@@ -326,19 +341,27 @@ const BLUR_STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 /// What a level's marks have lost of the finest's contrast, so that both give as much light through the
 /// window: the sum over places and phases of I² is that of m (m + blur (1 − m)), m found as the device
 /// finds it.
-fn blur_of(level: &Level, finest: &Level) -> [f64; MARK_COLUMNS] {
-    let Some(kernel) = RadialKernel::new(Kernel::Cubic, None) else { return [0.0; MARK_COLUMNS] };
+fn blur_of(
+    level: &Level,
+    finest: &Level,
+    ticket: &Ticket,
+) -> Result<[f64; MARK_COLUMNS], Cancelled> {
+    let none = [0.0; MARK_COLUMNS];
+    let Some(kernel) = RadialKernel::new(Kernel::Cubic, None) else { return Ok(none) };
     let places = (0..BLUR_PLACES).map(|i| {
         let at = BLUR_STEPS.map(|step| 2.0 * (i as f64 * step).fract() - 1.0);
         (at, kernel.footprint(at[0].hypot(at[1]) * kernel.radius()).powi(2))
     });
     let places: Vec<([f64; 2], f64)> = places.filter(|(_, window)| *window > 0.0).collect();
-    let columns: Vec<f64> = (0..MARK_COLUMNS)
+    let columns: Result<Vec<f64>, Cancelled> = (0..MARK_COLUMNS)
         .into_par_iter()
         .map(|column| {
             let round = column == FORESHORTENINGS;
             let (mut lost, mut at_most) = (0.0, 0.0);
-            for &(at, window) in &places {
+            for (i, &(at, window)) in places.iter().enumerate() {
+                if i.is_multiple_of(BLUR_LOOKS) {
+                    ticket.look()?;
+                }
                 let of = |level: &Level| -> [f64; 2] {
                     let marks: [f64; PHASES] =
                         std::array::from_fn(|phase| bilinear(level, column, phase, at, round));
@@ -351,10 +374,11 @@ fn blur_of(level: &Level, finest: &Level) -> [f64; MARK_COLUMNS] {
                 lost += window * (own - squares);
                 at_most += window * (sum - squares);
             }
-            if at_most > 0.0 { (lost / at_most).clamp(0.0, 1.0) } else { 0.0 }
+            Ok(if at_most > 0.0 { (lost / at_most).clamp(0.0, 1.0) } else { 0.0 })
         })
         .collect();
-    std::array::from_fn(|column| columns[column])
+    let columns = columns?;
+    Ok(std::array::from_fn(|column| columns[column]))
 }
 
 /// A number 0..1 that looks random, from another (splitmix64).
@@ -368,6 +392,7 @@ pub(super) fn unit_from_hash(seed: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::assert_stops;
     use crate::vector::WINDOW;
 
     fn mean(picture: &[u8]) -> f64 {
@@ -460,6 +485,14 @@ mod tests {
         // Half a radius of 32 texels longer.
         assert_eq!(lit(FORESHORTENINGS - 1, 0), lit(0, 0) + 16);
         assert_eq!(lit(FORESHORTENINGS - 1, 1), lit(0, 1));
+    }
+
+    /// Every picture is drawn by itself, and coarser levels are held against the finest one.
+    #[test]
+    fn marks_are_left_off_where_a_ticket_says_so() {
+        let places = BLUR_PLACES / 2 / BLUR_LOOKS;
+        let least = MARK_COLUMNS * PHASES + 4 * MARK_COLUMNS * places;
+        assert_stops("marks", least, |ticket| Marks::made(Design::Dots, ticket));
     }
 
     #[test]

@@ -5,15 +5,25 @@ use rayon::prelude::*;
 
 use super::{Association, Grid, Places, Samples, Shape};
 use crate::cells::Cells;
+use crate::core::{Cancelled, Ticket};
 
 impl Grid {
     /// Middles between samples that are finite, `most` of them at most, which lie evenly among all: of grids between each two,
     /// four or eight that are next to each other; of unstructured samples on points the middles of cells (of a surface those
     /// of its triangles), of samples on cells their points. Points that no cell joins have none.
-    pub fn middles(&self, association: Association, samples: &Samples, most: usize) -> Vec<DVec3> {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn middles(
+        &self,
+        association: Association,
+        samples: &Samples,
+        most: usize,
+        ticket: &Ticket,
+    ) -> Result<Vec<DVec3>, Cancelled> {
         match &self.shape {
-            Shape::Unstructured(cells) => of_cells(cells, association, samples, most),
-            _ => half_steps(&self.places(association), samples, most),
+            Shape::Unstructured(cells) => of_cells(cells, association, samples, most, ticket),
+            _ => Ok(half_steps(&self.places(association), samples, most)),
         }
     }
 }
@@ -48,11 +58,17 @@ fn half_steps(places: &Places, samples: &Samples, most: usize) -> Vec<DVec3> {
 }
 
 /// Middles of cells, or their points.
-fn of_cells(cells: &Cells, association: Association, samples: &Samples, most: usize) -> Vec<DVec3> {
+fn of_cells(
+    cells: &Cells,
+    association: Association,
+    samples: &Samples,
+    most: usize,
+    ticket: &Ticket,
+) -> Result<Vec<DVec3>, Cancelled> {
     let points = cells.points();
     let finite = |at: DVec3| at.is_finite().then_some(at);
     if association == Association::Cell {
-        return evenly(cells.own_points(), most).filter_map(|i| finite(points[i])).collect();
+        return Ok(evenly(cells.own_points(), most).filter_map(|i| finite(points[i])).collect());
     }
     // Points that splits add have no sample of their own.
     let is_known = |corner: &u32| {
@@ -67,11 +83,11 @@ fn of_cells(cells: &Cells, association: Association, samples: &Samples, most: us
     let solids = cells.solids();
     if !solids.is_empty() {
         let of_solid = |i: usize| middle(solids[i].corners());
-        return evenly(solids.len(), most).filter_map(of_solid).collect();
+        return Ok(evenly(solids.len(), most).filter_map(of_solid).collect());
     }
-    let triangles = cells.triangles();
+    let triangles = cells.triangles(ticket)?;
     let of_triangle = |i: usize| middle(&triangles[i].0);
-    evenly(triangles.len(), most).filter_map(of_triangle).collect()
+    Ok(evenly(triangles.len(), most).filter_map(of_triangle).collect())
 }
 
 #[cfg(test)]
@@ -88,7 +104,16 @@ mod tests {
 
     /// Of samples that are all there.
     fn of(grid: &Grid, association: Association, count: usize) -> Vec<DVec3> {
-        grid.middles(association, &floats(&vec![1.0; count]), usize::MAX)
+        found_in(grid, association, &floats(&vec![1.0; count]), usize::MAX)
+    }
+
+    fn found_in(
+        grid: &Grid,
+        association: Association,
+        samples: &Samples,
+        most: usize,
+    ) -> Vec<DVec3> {
+        grid.middles(association, samples, most, &Ticket::new()).expect("not cancelled")
     }
 
     #[test]
@@ -112,7 +137,7 @@ mod tests {
         // Beside what is not finite nothing is known.
         let mut values = [1.0; 12];
         values[0] = f32::NAN;
-        let beside = grid.middles(Association::Point, &floats(&values), usize::MAX);
+        let beside = found_in(&grid, Association::Point, &floats(&values), usize::MAX);
         assert_eq!(beside.len(), found.len() - 7, "one cell has lost all seven that touch it");
         assert!(!beside.contains(&DVec3::new(10.5, 1.0, 2.0)));
     }
@@ -147,7 +172,7 @@ mod tests {
         assert_eq!(found, [DVec3::splat(0.25), DVec3::splat(0.5)]);
         assert_eq!(of(&two, Association::Cell, 2), corners);
         let holed = floats(&[f32::NAN, 1.0, 1.0, 1.0, 1.0]);
-        assert_eq!(two.middles(Association::Point, &holed, 9), [DVec3::splat(0.5)]);
+        assert_eq!(found_in(&two, Association::Point, &holed, 9), [DVec3::splat(0.5)]);
         let sheet = mesh(vec![5], vec![0, 3], vec![0, 1, 2]);
         let third = 1.0 / 3.0;
         let found = of(&sheet, Association::Point, 5);
@@ -161,7 +186,7 @@ mod tests {
     fn of_many_as_many_as_asked_for_lie_all_over_the_grid() {
         let grid = Grid::of(Lattice::unit([20; 3]), Vec::new());
         let all = floats(&[1.0; 8000]);
-        let found = grid.middles(Association::Point, &all, 1000);
+        let found = found_in(&grid, Association::Point, &all, 1000);
         // One in eight of the places is a sample's.
         assert!((800..=1000).contains(&found.len()), "{}", found.len());
         for axis in 0..3 {

@@ -154,7 +154,9 @@ fn mesh_of(
     let Shape::Unstructured(cells) = &grid.shape else {
         return Err(Unmade::Mesh(MeshError::Empty));
     };
-    let (triangles, sources): (Vec<[u32; 3]>, Vec<u32>) = cells.triangles().into_iter().unzip();
+    let triangles =
+        cells.triangles(ticket).map_err(|cancelled| Unmade::Volume(cancelled.into()))?;
+    let (triangles, sources): (Vec<[u32; 3]>, Vec<u32>) = triangles.into_iter().unzip();
     // Points that no triangle has may lie anywhere.
     let mut is_used = vec![false; cells.points().len()];
     triangles.iter().flatten().for_each(|point| is_used[*point as usize] = true);

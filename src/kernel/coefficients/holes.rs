@@ -2,10 +2,12 @@
 
 use rayon::prelude::*;
 
-use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Cancelled, Looks, Ticket};
 
 /// Samples filled between two looks at the ticket.
 const STEP: usize = 1 << 14;
+/// And samples that are only looked at: a multiple of 32.
+const SEEN: usize = 1 << 16;
 
 /// Whether bit `index` is set.
 pub(super) fn contains(mask: &[u32], index: usize) -> bool {
@@ -17,14 +19,22 @@ fn remove(mask: &mut [u32], index: usize) {
 }
 
 /// One bit a sample, set where the value is NaN; `None` where none is.
-pub(super) fn of(values: &[f32]) -> Option<Vec<u32>> {
-    if !values.par_iter().any(|v| v.is_nan()) {
-        return None;
+pub(super) fn of(values: &[f32], ticket: &Ticket) -> Result<Option<Vec<u32>>, Cancelled> {
+    let has_some = |run: &[f32]| ticket.look().map(|()| run.iter().any(|v| v.is_nan()));
+    let has_any = values.par_chunks(SEEN).map(has_some).try_reduce(|| false, |a, b| Ok(a | b))?;
+    if !has_any {
+        return Ok(None);
     }
     let word = |run: &[f32]| {
         run.iter().enumerate().fold(0, |word, (bit, v)| word | u32::from(v.is_nan()) << bit)
     };
-    Some(values.par_chunks(32).map(word).collect())
+    let mut words = vec![0; values.len().div_ceil(32)];
+    words.par_chunks_mut(SEEN / 32).zip(values.par_chunks(SEEN)).try_for_each(|(words, run)| {
+        ticket.look()?;
+        words.iter_mut().zip(run.chunks(32)).for_each(|(to, run)| *to = word(run));
+        Ok(())
+    })?;
+    Ok(Some(words))
 }
 
 /// Gives every hole the mean of those of its six neighbours that have a value, ring by ring from
@@ -40,12 +50,18 @@ pub(super) fn fill(
     // Holes that no ring has taken up yet.
     let mut unseen = holes.to_vec();
     let touches = |i: &usize| neighbours(*i, dims).any(|n| !contains(holes, n));
-    let mut ring: Vec<usize> =
-        (0..values.len()).into_par_iter().filter(|&i| contains(holes, i)).filter(touches).collect();
+    let first = (0..values.len().div_ceil(STEP)).into_par_iter().map(|part| {
+        ticket.look()?;
+        let own = part * STEP..((part + 1) * STEP).min(values.len());
+        Ok(own.filter(|&i| contains(holes, i)).filter(touches).collect::<Vec<_>>())
+    });
+    let mut ring = first.collect::<Result<Vec<_>, Cancelled>>()?.concat();
+    let mut looks = Looks::every(ticket, STEP);
     if ring.is_empty() {
         values.fill(0.0);
     }
     for &index in &ring {
+        looks.after(1)?;
         remove(&mut unseen, index);
     }
     while !ring.is_empty() {
@@ -60,18 +76,18 @@ pub(super) fn fill(
         let filled = ring
             .par_chunks(STEP)
             .map(|part| {
-                if ticket.is_cancelled() {
-                    return Err(Cancelled);
-                }
+                ticket.look()?;
                 Ok(part.iter().map(mean).collect::<Vec<_>>())
             })
             .collect::<Result<Vec<_>, _>>()?;
         for (&index, value) in ring.iter().zip(filled.into_iter().flatten()) {
+            looks.after(1)?;
             values[index] = value;
             remove(&mut missing, index);
         }
         let mut next = Vec::new();
         for n in ring.iter().flat_map(|&index| neighbours(index, dims)) {
+            looks.after(1)?;
             if contains(&unseen, n) {
                 remove(&mut unseen, n);
                 next.push(n);
@@ -97,11 +113,12 @@ fn neighbours(index: usize, dims: [usize; 3]) -> impl Iterator<Item = usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::assert_stops;
 
     const HOLE: f32 = f32::NAN;
 
     fn filled(dims: [usize; 3], mut values: Vec<f32>) -> Vec<f32> {
-        let holes = of(&values).unwrap();
+        let holes = of(&values, &Ticket::new()).unwrap().unwrap();
         for (i, v) in values.iter().enumerate() {
             assert_eq!(contains(&holes, i), v.is_nan());
         }
@@ -123,7 +140,27 @@ mod tests {
     #[test]
     fn no_value_at_all_becomes_nothing_and_no_hole_has_no_mask() {
         assert_eq!(filled([2, 2, 1], vec![HOLE; 4]), [0.0; 4]);
-        assert_eq!(of(&[1.0, 2.0]), None);
+        assert_eq!(of(&[1.0, 2.0], &Ticket::new()), Ok(None));
+    }
+
+    #[test]
+    fn many_holes_are_found_and_filled_between_looks() {
+        let dims = [96; 3];
+        // A ball without data.
+        let value = |i: usize| {
+            let off = [i % 96, i / 96 % 96, i / (96 * 96)].map(|n| n as f32 - 48.0);
+            if off.iter().map(|x| x * x).sum::<f32>() < 1500.0 { HOLE } else { 1.0 }
+        };
+        let values: Vec<f32> = (0..96 * 96 * 96).map(value).collect();
+        // Whether there are any, and where.
+        assert_stops("holes", 2 * (values.len() / SEEN), |ticket| of(&values, ticket));
+        let holes = of(&values, &Ticket::new()).unwrap().unwrap();
+        let count: u32 = holes.iter().map(|word| word.count_ones()).sum();
+        // Each is put in a ring, is given its value, and has six neighbours.
+        let least = values.len() / STEP + 7 * count as usize / STEP;
+        assert_stops("holes' values", least, |ticket| {
+            fill(&mut values.clone(), dims, &holes, ticket)
+        });
     }
 
     #[test]
@@ -131,5 +168,7 @@ mod tests {
         let ticket = Ticket::new();
         ticket.cancel();
         assert_eq!(fill(&mut [1.0, HOLE], [2, 1, 1], &[2], &ticket), Err(Cancelled));
+        assert_eq!(of(&[1.0, HOLE], &ticket), Err(Cancelled));
+        assert_eq!(of(&[1.0], &ticket), Err(Cancelled), "whether there are any");
     }
 }

@@ -104,11 +104,11 @@ impl Coefficients {
         averaged: Averaged,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let holes = holes::of(&values);
+        let holes = holes::of(&values, ticket)?;
         if let Some(holes) = &holes {
             holes::fill(&mut values, dims, holes, ticket)?;
         }
-        let (min, max) = extremes(&values);
+        let (min, max) = extremes(&values, ticket)?;
         let (min, max) = (min + bias, max + bias);
         let (residuals, averaged) = (Vec::new(), Some(averaged));
         Ok(Self { dims, values, bias, min, max, residuals, holes, averaged })
@@ -188,7 +188,7 @@ pub fn nearest_tents(
 ) -> Result<Coefficients, CoefficientsError> {
     let mut tents = coefficients(volume, Kernel::Linear, None, true, ticket)?;
     prefilter::prefilter(&mut tents.values, tents.dims, Target::Tents, ticket)?;
-    let (min, max) = extremes(&tents.values);
+    let (min, max) = extremes(&tents.values, ticket)?;
     (tents.min, tents.max) = (min + tents.bias, max + tents.bias);
     tents.residuals.clear();
     Ok(tents)
@@ -219,13 +219,11 @@ fn of_samples<T: Scalar>(
     let code = |value: T| store(value.to_f64().clamp(least, greatest) - bias);
     let mut values = vec![0.0; samples.len()];
     values.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK)).try_for_each(|(to, from)| {
-        if ticket.is_cancelled() {
-            return Err(Cancelled);
-        }
+        ticket.look()?;
         to.iter_mut().zip(from).for_each(|(to, &from)| *to = code(from));
         Ok(())
     })?;
-    let holes = holes::of(&values);
+    let holes = holes::of(&values, ticket)?;
     if let Some(holes) = &holes {
         holes::fill(&mut values, dims, holes, ticket)?;
     }
@@ -258,20 +256,24 @@ fn of_samples<T: Scalar>(
         _ => {}
     }
     residuals.push(measure(&values)?);
-    let (min, max) = extremes(&values);
+    let (min, max) = extremes(&values, ticket)?;
     let (min, max) = (min + bias, max + bias);
     Ok(Coefficients { dims, values, bias, min, max, residuals, holes, averaged: None })
 }
 
 /// The least and the greatest of values.
-fn extremes(values: &[f32]) -> (f64, f64) {
-    let (min, max) = values
-        .par_chunks(CHUNK)
-        .map(|chunk| {
-            chunk.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)))
-        })
-        .reduce(|| (f32::INFINITY, f32::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
-    (f64::from(min), f64::from(max))
+///
+/// # Errors
+/// [`Cancelled`].
+fn extremes(values: &[f32], ticket: &Ticket) -> Result<(f64, f64), Cancelled> {
+    let none = (f32::INFINITY, f32::NEG_INFINITY);
+    let of_chunk = |chunk: &[f32]| {
+        ticket.look()?;
+        Ok(chunk.iter().fold(none, |(a, b), &v| (a.min(v), b.max(v))))
+    };
+    let wider = |a: (f32, f32), b: (f32, f32)| Ok((a.0.min(b.0), a.1.max(b.1)));
+    let (min, max) = values.par_chunks(CHUNK).map(of_chunk).try_reduce(|| none, wider)?;
+    Ok((f64::from(min), f64::from(max)))
 }
 
 /// A value less the bias in 32 bits; NaN stays NaN.

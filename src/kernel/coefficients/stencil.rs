@@ -173,11 +173,9 @@ impl Stencil {
         let sums = (0..rows.div_ceil(ROWS))
             .into_par_iter()
             .map(|part| {
-                if ticket.is_cancelled() {
-                    return Err(Cancelled);
-                }
                 let (mut padded, mut out, mut sum) = (Vec::new(), vec![0.0; nx], Sum::default());
                 for row in part * ROWS..((part + 1) * ROWS).min(rows) {
+                    ticket.look()?;
                     let [y, z] = [row % ny, row / ny * every];
                     self.row(&slice, dims, [y, z], &mut padded, &mut out);
                     for (x, h_c) in out.iter().enumerate() {
@@ -223,12 +221,10 @@ impl Stencil {
                 .par_chunks_mut(nx * ROWS)
                 .enumerate()
                 .map(|(part, rows)| {
-                    if ticket.is_cancelled() {
-                        return Err(Cancelled);
-                    }
                     let (mut padded, mut out) = (Vec::new(), vec![0.0; nx]);
                     let mut sum = Sum::default();
                     for (row, c) in rows.chunks_exact_mut(nx).enumerate() {
+                        ticket.look()?;
                         let y = part * ROWS + row;
                         self.row(&slice, dims, [y, z], &mut padded, &mut out);
                         let from = z * size + y * nx;

@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::core::assert_stops;
 use crate::kernel::{RadialKernel, Separable};
 use crate::volume::{Lattice, Samples};
 
@@ -410,4 +411,28 @@ fn means_without_data_are_bridged_and_marked_and_their_widths_kept() {
     let ticket = Ticket::new();
     ticket.cancel();
     assert!(made(values, &ticket).is_err());
+}
+
+/// Each has samples stored, its range found and its residuals taken; splines are filtered along three axes, and others swept over
+/// twice.
+#[test]
+fn coefficients_of_every_kernel_are_left_off_where_a_ticket_says_so() {
+    let dims = [96, 90, 92];
+    let count: usize = dims.iter().product();
+    let samples = (0..count).map(|i| ((i * 2_654_435_761) % 1009) as f32).collect();
+    let volume = volume(dims, Samples::Float32(samples));
+    let rows = dims[1] * dims[2];
+    for (kernel, extent, least) in [
+        (Kernel::Linear, None, 2 * count.div_ceil(CHUNK)),
+        (Kernel::BSpline, None, 2 * count.div_ceil(CHUNK) + rows / 32),
+        (Kernel::BSpline, Some(3.0), 2 * count.div_ceil(CHUNK) + rows / 32),
+        (Kernel::Cubic, None, SWEEPS * rows),
+    ] {
+        assert_stops(&format!("{kernel:?} {extent:?}"), least, |ticket| {
+            coefficients(&volume, kernel, extent, true, ticket)
+        });
+    }
+    assert_stops("the nearest tents", 3 * count.div_ceil(CHUNK), |ticket| {
+        nearest_tents(&volume, ticket)
+    });
 }

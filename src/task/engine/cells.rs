@@ -154,4 +154,8 @@ impl Observer for Meanwhile<'_> {
     fn piece_done(&mut self, _: &mut dyn Canvas, _: f64) -> bool {
         self.0.newer_came()
     }
+
+    fn is_overtaken(&mut self) -> bool {
+        self.0.newer_came()
+    }
 }

@@ -547,7 +547,7 @@ pub(super) struct Unchecked {
 /// How a rung is drawn.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Manner {
-    /// To its end, which its budget bounds.
+    /// To its end, which its budget bounds, unless nobody wants it any more: a hand that moves on still sees it.
     Whole,
     /// Until something newer comes.
     InPieces {
@@ -597,11 +597,18 @@ impl Observer for Watch<'_> {
         }
     }
 
+    fn is_overtaken(&mut self) -> bool {
+        match self.manner {
+            Manner::Whole => self.worker.is_unwanted(),
+            Manner::InPieces { .. } => self.worker.newer_came(),
+        }
+    }
+
     fn piece_done(&mut self, drawn_so_far: &mut dyn Canvas, done: f64) -> bool {
-        let Manner::InPieces { show_partial, before, after } = self.manner else { return false };
-        if self.worker.newer_came() {
+        if self.is_overtaken() {
             return true;
         }
+        let Manner::InPieces { show_partial, before, after } = self.manner else { return false };
         self.worker.find_cells(self.cuts.as_ref());
         let share = before + (after - before) * done;
         if self.last_progress.elapsed() >= PROGRESS_EVERY {

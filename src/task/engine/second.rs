@@ -116,6 +116,10 @@ struct Aside<'a>(&'a Worker);
 
 impl Observer for Aside<'_> {
     fn piece_done(&mut self, _: &mut dyn Canvas, _: f64) -> bool {
+        self.is_overtaken()
+    }
+
+    fn is_overtaken(&mut self) -> bool {
         let replaced = {
             let slot = self.0.shared.lock();
             slot.second.is_some() || !slot.second_wanted

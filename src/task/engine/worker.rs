@@ -192,6 +192,14 @@ impl Worker {
         !slot.is_empty() || slot.stop
     }
 
+    /// Whether nobody wants the frame under way any more: another volume is to be seen, or another engine is to draw, or none.
+    pub(super) fn is_unwanted(&self) -> bool {
+        let slot = self.shared.lock();
+        let is_of_another =
+            slot.under_way.as_ref().is_some_and(|(_, ticket)| ticket.is_cancelled());
+        is_of_another || slot.choice.is_some() || slot.stop
+    }
+
     /// Draws a request as far as it goes, rebuilding the device where it is lost.
     fn serve(&mut self, request: FrameRequest, ticket: &Ticket) {
         let mut tries = 0;
