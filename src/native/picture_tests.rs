@@ -132,8 +132,7 @@ fn prepared(level: Level, threads: usize, plan: &Plan) -> Renderer {
     let mut renderer = Renderer::with(level, threads);
     let Some(field) = plan.field() else { return renderer };
     if !plan.reconstructs() {
-        let [count, _] = renderer.begin_samples(plan);
-        renderer.fill_samples(0..count);
+        renderer.make_samples(plan, &Ticket::new()).expect("not cancelled");
         return renderer;
     }
     let (volume, mode, ticket) = (&field.volume, &plan.mode, Ticket::new());
@@ -149,7 +148,7 @@ fn prepared(level: Level, threads: usize, plan: &Plan) -> Renderer {
     let scalar_type = volume.samples.scalar_type();
     let table = Cumulative::new(&transfer, scalar_type, &volume.statistics, weight);
     let levels: Vec<f64> = plan.inside.isosurfaces.iter().map(|surface| surface.value).collect();
-    renderer.set_table(which, &table, &levels);
+    renderer.set_table(which, &table, &levels, &ticket).expect("not cancelled");
     renderer
 }
 
@@ -245,11 +244,15 @@ fn pictures_have_the_same_bits_for_any_number_of_threads() {
     for (name, scene, from) in pictures() {
         let draw = |threads: usize| {
             let mut renderer = begun((Level::new(), threads), (&scene, from), size);
-            assert_eq!(renderer.draw_tiles(0..tiles / 2, f64::INFINITY), tiles / 2, "{name}");
+            let ticket = Ticket::new();
+            let mut some = |tiles: std::ops::Range<u32>, most_ms: f64| {
+                renderer.draw_tiles(tiles, most_ms, &ticket).expect("not cancelled")
+            };
+            assert_eq!(some(0..tiles / 2, f64::INFINITY), tiles / 2, "{name}");
             // Where there is no time each thread draws one, and what was left out is drawn later.
-            let next = renderer.draw_tiles(tiles / 2..tiles, 0.0);
+            let next = some(tiles / 2..tiles, 0.0);
             assert!((1..=threads).contains(&((next - tiles / 2) as usize)), "{name}: {next}");
-            assert_eq!(renderer.draw_tiles(next..tiles, f64::INFINITY), tiles, "{name}");
+            assert_eq!(some(next..tiles, f64::INFINITY), tiles, "{name}");
             renderer.light()
         };
         let (one, drawn) = draw(1);
@@ -268,7 +271,7 @@ fn every_loop_draws_one_of_the_pictures_that_are_compared() {
     for (_, scene, from) in pictures() {
         let mut renderer = begun((Level::new(), 2), (&scene, from), [16, 16]);
         assert_eq!(renderer.loop_name(), None, "nothing is drawn yet");
-        renderer.draw_tiles(0..1, f64::INFINITY);
+        renderer.draw_tiles(0..1, f64::INFINITY, &Ticket::new()).expect("not cancelled");
         names.extend(renderer.loop_name());
     }
     for one in ["slabs of B-splines", "slabs of tents", "slabs of any kernel", "slabs of functions"]
@@ -317,7 +320,8 @@ fn the_narrowest_instructions_draw_what_the_widest_do() {
         let draw = |level: Level| {
             let mut renderer = begun((level, 2), (&scene, from), size);
             let tiles = tile_count(size);
-            assert_eq!(renderer.draw_tiles(0..tiles, f64::INFINITY), tiles, "{name}");
+            let drawn = renderer.draw_tiles(0..tiles, f64::INFINITY, &Ticket::new());
+            assert_eq!(drawn.expect("not cancelled"), tiles, "{name}");
             renderer.light().0
         };
         let [narrow, wide] = [narrow, wide].map(draw);
