@@ -3,6 +3,7 @@
 
 mod beside;
 mod borders;
+mod field_colours;
 mod jumps;
 mod within;
 
