@@ -71,7 +71,7 @@ fn stand_ins(page: &mut Page<'_>) {
     );
 }
 
-/// All functions of an encoder's goal are said here.
+/// What a fit is to reach, said once for all of them.
 fn goal(basis: Basis, max_error: f64, functions: usize) -> Goal {
     Goal { basis, max_error, functions }
 }
