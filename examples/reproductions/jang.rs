@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use voxsplat::accuracy::psnr_from_rmse;
-use voxsplat::core::{Camera, Ticket};
+use voxsplat::core::{Camera, Srgb8, Ticket};
 use voxsplat::io::{self, Encoded, OpenOptions};
 use voxsplat::rbf::{Basis, Encoding, Errors, Goal, Points, encode};
 use voxsplat::scene::{
@@ -43,6 +43,8 @@ const OF_DENSITY: usize = 1611;
 const GREATEST: f64 = 1.0;
 /// What the paper calls interactive is a few pictures a second.
 const AIM: f64 = 30.0;
+/// Of isosurfaces.
+const SURFACE: Srgb8 = Srgb8([226, 196, 150]);
 const FRAMES: u32 = 8;
 
 pub(crate) fn write(page: &mut Page<'_>, data: &Path) -> Result<()> {
@@ -51,7 +53,7 @@ pub(crate) fn write(page: &mut Page<'_>, data: &Path) -> Result<()> {
     table_of_fits(page, data)?;
     let neghip = halved(&neghip(data)?)?;
     let (_, encoded) = fitted(&neghip, PRINTED[0])?;
-    let scene = scene_of(&scalar(&neghip)?, &neghip, &encoded);
+    let scene = scene_of(scalar(&neghip)?.as_ref(), &neghip, &encoded);
     modes(page, &scene)?;
     unseen(page, &scene)?;
     figures(page, data, &scene)
@@ -87,7 +89,7 @@ fn opened(path: &Path) -> Result<Grid> {
 
 /// Every other sample along each axis: the paper's neghip has 32³.
 fn halved(grid: &Grid) -> Result<Grid> {
-    let volume = subsampled(&scalar(grid)?, [2; 3])?;
+    let volume = subsampled(scalar(grid)?.as_ref(), [2; 3])?;
     Ok(grid_of(&volume.name, volume.lattice, &volume.samples))
 }
 
@@ -211,7 +213,7 @@ fn table_of_fits(page: &mut Page<'_>, data: &Path) -> Result<()> {
          errors but the mean of the density about the X 38, *just under* 2 % by {OF_DENSITY} functions, and no seconds of encoding.",
     ));
     let neghip = scalar(&neghip(data)?)?;
-    let smaller = points_of(&subsampled(&neghip, [2; 3])?);
+    let smaller = points_of(subsampled(&neghip, [2; 3])?.as_ref());
     let of_neghip = "812; 126 cells of ≤ 100; 2.6 by 32";
     let fields = [
         ("neghip, 32³", smaller, PRINTED[0], of_neghip),
@@ -472,7 +474,7 @@ fn on_planes(scene: &Scene, planes: &[(usize, f64)]) -> Scene {
 fn on_isosurface(scene: &Scene, value: f64) -> Scene {
     let mut scene = cleared(scene);
     scene.shading.lighting = Some(Lighting::first_look());
-    scene.inside.isosurfaces = vec![Isosurface { value, opacity: 1.0, colour: None }];
+    scene.inside.isosurfaces = vec![Isosurface { value, opacity: 1.0, colour: Some(SURFACE) }];
     scene
 }
 
@@ -645,7 +647,7 @@ fn left_over(page: &mut Page<'_>) -> Result<()> {
     let (_, encoded) = fitted(&grid, 120)?;
     let words = format!(
         "What {} leave of blobs at 48³, in space and on planes: blue where they are too much.",
-        told(&encoded, &scalar(&grid)?)
+        told(&encoded, scalar(&grid)?.as_ref())
     );
     let left = residual(what, &encoded.encoding, &Ticket::new())?;
     let grid = Grid { fields: vec![left], ..grid };

@@ -30,7 +30,7 @@ fn scene() -> Scene {
         ..Default::default()
     };
     scene.shading.lighting = Some(shines);
-    let plane = [[[-2.0, -2.0, 0.35], [4.0, -2.0, 0.6], [-2.0, 4.0, 0.5]]];
+    let plane = [[[-6.0, -6.0, 0.0775], [18.0, -6.0, 1.0375], [-6.0, 18.0, 0.6775]]];
     let mut layer = triangles(&scene, &plane, &[]);
     layer.look.by_field = true;
     scene.with(layer)
