@@ -28,10 +28,13 @@ impl Window {
             self.field_colours = None;
             return;
         };
-        let second = self.compare.on.then(|| Scene { splat: self.compare.second, ..scene.clone() });
         let lacks = |scene: &Scene| !scene.lacking_field_values().is_empty();
-        let scene = std::iter::once(scene.clone()).chain(second).find(lacks);
-        let Some(scene) = scene else {
+        let second = || Scene { splat: self.compare.second, ..scene.clone() };
+        let lacking = match lacks(scene) {
+            true => Some(scene.clone()),
+            false => self.compare.on.then(second).filter(lacks),
+        };
+        let Some(scene) = lacking else {
             self.field_colours = None;
             return;
         };
