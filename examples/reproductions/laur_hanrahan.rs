@@ -324,7 +324,7 @@ fn figure_5(page: &mut Page<'_>, data: &Path) -> Result<()> {
         "**Figure 5: oct-trees at falling errors.** Their lines alone are printed; here the cells' edges lie over the picture, \
          coloured by their level, as `voxsplat render --refine coarse --max-error E --cells` draws them. The error is measured: \
          nodes are doubled until the picture's RMSE to `full` is within E ({CUT_SIZE} × {CUT_SIZE} pixels, every sample). \
-         Only pictures of volumes made in code are published here, so a patient's scan has numbers alone.",
+         No pictures of patients are published here, so their scans have numbers alone.",
     ));
     let subjects = subjects(page, data, 128)?;
     let mut table = Vec::new();

@@ -2,7 +2,8 @@
 //!
 //! Writes `docs/reproductions.md` and the pictures under `docs/reproductions/`. Every figure on the
 //! page is measured in the run that writes it. Scans are those of `VOXSPLAT_DATA` (default
-//! `../shared/data`); pictures are of volumes made in code alone.
+//! `../shared/data`); pictures are of volumes made in code, and of neghip and the blunt fin, whose licences allow it (VTK's
+//! data, BSD 3-Clause).
 //!
 //! `… --example reproductions -- laur` draws the parts whose names begin so: their text goes to
 //! stdout and their pictures to their place, and the page stays as it is.

@@ -80,8 +80,8 @@ pub(crate) fn write_scan(page: &mut Page<'_>, data: &Path) -> Result<()> {
         Ok(mut scene) => {
             page.say(
                 "`scalar/LIDC2.vti` of the data pack: 256 × 256 × 133 samples, spacing 1 : 1 : 1.78, a \
-                 chest, with the transfer function it opens with. Numbers alone: only pictures of volumes \
-                 made in code are published here.",
+                 chest, with the transfer function it opens with. Numbers alone: no pictures of patients are \
+                 published here.",
             );
             two_pixels_a_voxel(&mut scene);
             table(page, &scene, false)?;

@@ -18,6 +18,7 @@ mod effect_rows;
 pub mod effects;
 pub mod encoding;
 mod exchanging;
+mod field_colours;
 pub mod file_dialog;
 mod first_hint;
 pub mod flow;

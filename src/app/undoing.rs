@@ -175,8 +175,9 @@ impl Window {
     /// Everything that can be undone, once something is open.
     fn state(&self) -> Option<State> {
         let (document, mut scene) = (self.document.clone()?, self.scene.clone()?);
-        // Time passes by itself.
+        // Time passes by itself, and what was made of a state is no part of it.
         scene.phase = 0.0;
+        scene.forget_field_values();
         Some(State {
             document,
             scene,

@@ -23,6 +23,7 @@ use super::drawer::Drawer;
 use super::effects::Effects;
 use super::encoding::{EncodeChoice, Encoding};
 use super::exchanging::LoadingDesign;
+use super::field_colours::FieldColours;
 use super::file_dialog::FileDialog;
 use super::first_hint::FirstHint;
 use super::flow::Flow;
@@ -135,6 +136,7 @@ pub struct Window {
     pub(super) flow: Flow,
     pub(super) encode_choice: EncodeChoice,
     pub(super) encoding: Option<Encoding>,
+    pub(super) field_colours: Option<FieldColours>,
     /// Reached the engine last.
     pub(super) last_valid_mode: SplatSettings,
     pub(super) file_dialog: Option<FileDialog>,
@@ -191,6 +193,7 @@ impl Window {
             flow: Flow::default(),
             encode_choice: EncodeChoice::default(),
             encoding: None,
+            field_colours: None,
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
@@ -600,6 +603,7 @@ impl Content for Window {
         self.pace_animation(&ctx);
         self.layout_ui(ui);
         self.dialogs_ui(&ctx);
+        self.colour_by_field(&ctx);
         self.pace(&ctx);
         self.record_step(&ctx);
         self.pace_judging(&ctx);

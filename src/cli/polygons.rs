@@ -19,11 +19,12 @@ use crate::volume::Lattice;
 pub struct PolygonFlags {
     /// Embed the polygons of an STL, PLY or OBJ file, or the surface of a mesh of VTK or Exodus, in the volume's world space
     /// and lit from both sides: in their own colours or one, or by one of the file's arrays of numbers (by="NAME" where the
-    /// name has a comma; map: a colour map;
-    /// range: the numbers that take its first and last colour); opaque, or of an opacity from 0 to 1; each flat, or smooth (by
+    /// name has a comma or is field; map: a colour map;
+    /// range: the numbers that take its first and last colour), or with by=field by the volume's values at the triangles, in the
+    /// colours of its transfer function; opaque, or of an opacity from 0 to 1; each flat, or smooth (by
     /// the file's normals, or across edges at which triangles are turned by less than 30°) [default: smooth]. May be given again
     #[arg(long,
-        value_name = "FILE[,color=RRGGBB][,by=ARRAY[,map=NAME][,range=LOW:HIGH]][,opacity=A][,shading=flat|smooth]",
+        value_name = "FILE[,color=RRGGBB][,by=field|ARRAY[,map=NAME][,range=LOW:HIGH]][,opacity=A][,shading=flat|smooth]",
         value_parser = mesh_at)]
     pub mesh: Vec<MeshAt>,
 
@@ -34,13 +35,22 @@ pub struct PolygonFlags {
     pub labels: Vec<MeshAt>,
 }
 
+/// Whose numbers colour polygons.
+#[derive(Debug, Clone, PartialEq)]
+enum By {
+    /// An array of their file.
+    Array(String),
+    /// The field that they lie in.
+    Field,
+}
+
 /// A file of polygons, and how they look.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshAt {
     path: PathBuf,
     colour: Option<Srgb8>,
-    /// The array whose numbers colour it.
-    by: Option<String>,
+    /// What colours it by its numbers.
+    by: Option<By>,
     map: Option<ColourMap>,
     range: Option<[f64; 2]>,
     opacity: f64,
@@ -58,7 +68,7 @@ impl MeshAt {
     /// # Errors
     /// No such array, or one without any number.
     fn by_of(&self, mesh: &Mesh) -> Result<Option<ByArray>, String> {
-        let Some(name) = &self.by else { return Ok(None) };
+        let Some(By::Array(name)) = &self.by else { return Ok(None) };
         let names: Vec<&str> = mesh.arrays().iter().map(|array| &*array.name).collect();
         let file = self.path.display();
         let array = names.iter().position(|known| known == name).ok_or_else(|| {
@@ -127,12 +137,14 @@ impl PolygonFlags {
                 note(&format!("{warning}: {}", asked.path.display()));
             }
             let source = SampleSource::whole(&opened.path, opened.mesh.name());
-            let PolygonLayer { mesh, look } = PolygonLayer::new(Arc::new(opened.mesh));
-            let is_smooth = asked.is_smooth.unwrap_or(look.is_smooth);
-            let by = asked.by_of(&mesh).map_err(Failure::Failed)?;
-            let look = PolygonLook { colour: asked.colour, by, opacity: asked.opacity, is_smooth };
+            let layer = PolygonLayer::new(Arc::new(opened.mesh));
+            let is_smooth = asked.is_smooth.unwrap_or(layer.look.is_smooth);
+            let by = asked.by_of(&layer.mesh).map_err(Failure::Failed)?;
+            let by_field = asked.by == Some(By::Field);
+            let (colour, opacity) = (asked.colour, asked.opacity);
+            let look = PolygonLook { colour, by, by_field, opacity, is_smooth };
             look.check().map_err(|error| Failure::Usage(error.to_string()))?;
-            Ok((source, PolygonLayer { mesh, look }))
+            Ok((source, PolygonLayer { look, ..layer }))
         });
         read.collect()
     }
@@ -147,7 +159,7 @@ fn mesh_at(text: &str) -> Result<MeshAt, String> {
         let Some((key, value)) = last.split_once('=') else { break };
         let is_new = match key {
             "color" => colour.replace(values::colour(value)?).is_none(),
-            "by" => by.replace(array_name(value, text)?).is_none(),
+            "by" => by.replace(numbers_of(value, text)?).is_none(),
             "map" => map.replace(values::colour_map(value)?).is_none(),
             "range" => range.replace(ends(value)?).is_none(),
             "opacity" => opacity.replace(values::share(value)?).is_none(),
@@ -181,6 +193,13 @@ fn mesh_at(text: &str) -> Result<MeshAt, String> {
         return Err(format!("expected the name of a file, found {}", values::found(text)));
     }
     match (&by, &colour, map.is_some() || range.is_some()) {
+        (Some(By::Field), None, true) => {
+            return Err(format!(
+                "expected by=field without map= and range=, as the field has colours of its own, found one of these in {}; give \
+                 --colormap or --color-range, or name an array of that name as by=\"field\"",
+                values::found(text)
+            ));
+        }
         (Some(_), Some(_), _) => {
             return Err(format!(
                 "expected one of color= and by=, found both in {}",
@@ -207,15 +226,16 @@ fn last_part(text: &str) -> Option<(&str, &str)> {
     Some((&text[..comma], &text[comma + 1..]))
 }
 
-/// The name of an array, which may stand between quotes.
-fn array_name(value: &str, text: &str) -> Result<String, String> {
+/// The field, or the name of an array, which may stand between quotes.
+fn numbers_of(value: &str, text: &str) -> Result<By, String> {
     let unquoted = value.strip_prefix('"').and_then(|value| value.strip_suffix('"'));
     match unquoted.unwrap_or(value) {
+        "field" if unquoted.is_none() => Ok(By::Field),
         "" => Err(format!(
             "expected the name of an array after by=, found none in {}; leave by= out, or name one: `voxsplat info` lists them",
             values::found(text)
         )),
-        name => Ok(name.to_owned()),
+        name => Ok(By::Array(name.to_owned())),
     }
 }
 
@@ -277,8 +297,10 @@ mod tests {
         };
         assert_eq!(said, expected);
         let by = mesh_at("x.vtu,by=T,map=inferno,range=1:5").unwrap();
-        assert_eq!((by.by.as_deref(), by.map), (Some("T"), Some(ColourMap::Inferno)));
+        assert_eq!((by.by, by.map), (Some(By::Array("T".into())), Some(ColourMap::Inferno)));
         assert_eq!(by.range, Some([1.0, 5.0]));
+        assert_eq!(mesh_at("x.vtu,by=field").unwrap().by, Some(By::Field));
+        assert_eq!(mesh_at("x.vtu,by=\"field\"").unwrap().by, Some(By::Array("field".into())));
     }
 
     #[test]
@@ -297,6 +319,8 @@ mod tests {
             "x,range=0:1",
             "x,by=T,range=1:1",
             "x,by=T,map=none",
+            "x,by=field,range=0:1",
+            "x,by=field,color=ff0000",
         ] {
             let refused = mesh_at(wrong).unwrap_err();
             assert!(refused.contains("expected") && refused.contains("found"), "{refused}");

@@ -18,6 +18,7 @@ use crate::scene::{
     SampleSource, Scene, SplatSettings, View, Visibility, among_surfaces,
 };
 use crate::task::engine::{Engine, EngineChoice};
+use crate::task::field_on_mesh::{Found, field_on_meshes};
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
 use crate::task::picture_file::{self, PictureFormat};
 use crate::task::still::{Refine, StillRequest};
@@ -376,8 +377,26 @@ pub(super) fn with_layers(
     let refusal = scene.refusals().into_iter().find(|refusal| refusal.ground != Ground::Vectors);
     match refusal {
         Some(refusal) => Err(Failure::Usage(refusal.to_string())),
-        None => Ok(scene),
+        None => coloured_by_field(scene),
     }
+}
+
+/// The scene with the field's values on polygons that are to have its colours.
+fn coloured_by_field(mut scene: Scene) -> Result<Scene, Failure> {
+    let is_asked = scene.polygons().iter().any(|layer| layer.look.by_field);
+    if is_asked && scene.volume().is_none() {
+        return Err(Failure::Usage(
+            "expected a field of values with by=field, found none; name an array of the file, or leave by= out"
+                .to_owned(),
+        ));
+    }
+    for Found { values, told } in
+        field_on_meshes(&scene, &Ticket::new()).map_err(Failure::failed)?
+    {
+        told.iter().for_each(|told| note(told));
+        scene.give_field_values(values);
+    }
+    Ok(scene)
 }
 
 /// Notes the files whose surfaces lie beside the volume, all of a file's together.

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::doubles::are_first;
+use super::shorten;
 use super::soft::{MOST_SOFTENED, soft_normals};
 use crate::core::Srgb8;
 
@@ -261,6 +262,44 @@ impl Mesh {
         let normals = self.soft_normals.iter().zip(firsts());
         let soft_normals = normals.filter_map(|(n, first)| first.then_some(*n)).collect();
         (Self { triangles, arrays, triangle_colours, soft_normals, ..self }, doubles)
+    }
+
+    /// The same surface with all edges halved until none is long, lit as it was; numbers and colours on it are left out. An
+    /// edge is judged by its ends alone, world, so that triangles on both sides of it stay joined. `None` where there would be
+    /// more triangles than `most`, unless there are already.
+    pub fn with_short_edges(
+        &self,
+        is_long: impl Fn([DVec3; 2]) -> bool,
+        most: usize,
+    ) -> Option<Self> {
+        let world = |place: Vec3| self.origin + place.as_dvec3();
+        let lit = |(numbers, triangle): (&[u32; 3], Triangle)| -> [(u32, Vec3); 3] {
+            std::array::from_fn(|i| (numbers[i], triangle.normals[i]))
+        };
+        let triangles = self.triangles.iter().zip(self.triangles(true)).map(lit).collect();
+        let (positions, triangles) = shorten::with_short_edges(
+            self.positions.clone(),
+            triangles,
+            |ends| is_long(ends.map(world)),
+            most.max(self.len()),
+        )?;
+        Some(Self {
+            name: self.name.clone(),
+            origin: self.origin,
+            positions,
+            normals: Vec::new(),
+            colours: Vec::new(),
+            soft_normals: triangles.iter().map(|t| t.map(|(_, normal)| normal)).collect(),
+            triangles: triangles.iter().map(|t| t.map(|(number, _)| number)).collect(),
+            arrays: Vec::new(),
+            triangle_colours: Vec::new(),
+            frame: self.frame,
+        })
+    }
+
+    /// Where its corners are, world.
+    pub fn places(&self) -> Vec<DVec3> {
+        self.positions.iter().map(|place| self.origin + place.as_dvec3()).collect()
     }
 
     /// Numbers on it.

@@ -8,6 +8,7 @@ mod doubles;
 mod mesh;
 mod nets;
 mod shapes;
+mod shorten;
 mod soft;
 
 pub use mesh::{Mesh, MeshArray, MeshError, MeshValues, Triangle};

@@ -300,6 +300,13 @@ impl Encoding {
     pub fn cells(&self) -> usize {
         self.tree().count()
     }
+
+    /// The cells of its tree that are not split: the box of each, world, and how many functions it lists.
+    pub fn leaves(&self) -> Vec<([DVec3; 2], usize)> {
+        let mut leaves = Vec::new();
+        self.tree().leaves(self.bounds, &mut leaves);
+        leaves
+    }
 }
 
 /// One of the eight parts of a box, x fastest.
@@ -343,6 +350,18 @@ impl Cell {
             Self::of(list, boxes, bounds, depth + 1)
         });
         Self::Split(Box::new(cells))
+    }
+
+    /// Adds those of a cell in this box that are not split.
+    fn leaves(&self, bounds: [DVec3; 2], into: &mut Vec<([DVec3; 2], usize)>) {
+        match self {
+            Self::Leaf(list) => into.push((bounds, list.len())),
+            Self::Split(cells) => {
+                for (index, cell) in cells.iter().enumerate() {
+                    cell.leaves(part(bounds, index), into);
+                }
+            }
+        }
     }
 
     fn count(&self) -> usize {

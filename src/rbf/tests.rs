@@ -305,6 +305,11 @@ fn the_tree_sums_what_all_functions_do() {
         let bounds = [DVec3::splat(1.0), DVec3::splat(9.0)];
         let encoding = Encoding::new(basis, 2.0, epsilon, functions.iter().copied(), bounds);
         assert!(encoding.cells() > 1, "{basis:?}");
+        // What is not split fills the box; of each cell that is split there are eight parts.
+        let leaves = encoding.leaves();
+        assert_eq!(leaves.len(), 1 + 7 * (encoding.cells() - 1) / 8, "{basis:?}");
+        let sizes = leaves.iter().map(|([low, high], _)| (high - low).element_product());
+        assert!((sizes.sum::<f64>() - 512.0).abs() < 1e-9, "{basis:?}");
         for _ in 0..2000 {
             // Some of them beyond the box.
             let at = DVec3::new(next(), next(), next()) * 11.0;

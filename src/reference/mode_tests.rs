@@ -1,15 +1,18 @@
 //! The modes held to Westover's example, to one another, and to what they converge to.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 
 use super::support::*;
 use super::{Rays, RefKernel, Reference, every_sample, grid_kernels};
 use crate::kernel::Kernel;
+use crate::rbf::{Basis, Encoding, Function};
 use crate::scene::{
     Classify, OpacityModel, Order, Reconstruction, Scene, SplatSettings, Visibility,
 };
 use crate::transfer::{ColourMap, ColourSource};
-use crate::volume::Lattice;
+use crate::volume::{Lattice, ScalarVolume};
 
 const SIZE: [usize; 2] = [8, 7];
 
@@ -250,6 +253,57 @@ fn with_four_faces_alpha_converges_nearly_at_fourth_order() {
     // with straight lines between the faces the second would have the order of the first.
     assert!(between[0] < 0.5 * after[0], "{after:?} {between:?}");
     assert!(between[0] > 8.0 * between[1] && between[1] > 8.0 * between[2], "{between:?}");
+}
+
+/// A scene of three Gaussians of different sizes that overlap, clear where all of them end.
+fn of_functions() -> Scene {
+    let lattice = Lattice::unit([14, 13, 12]);
+    let about = |centre: [f64; 3], width: f64, weight: f64| {
+        let shape = DMat3::from_diagonal(DVec3::splat(width.recip()));
+        Function::about(DVec3::from(centre), shape, weight)
+    };
+    let functions = [
+        about([6.0, 6.5, 5.0], 1.8, 0.7),
+        about([7.5, 5.5, 6.5], 1.2, 0.4),
+        about([5.5, 6.0, 6.5], 0.9, -0.2),
+    ];
+    let bounds = [DVec3::splat(-0.5), DVec3::from(lattice.dims.map(|n| n as f64 - 0.5))];
+    let functions = Encoding::new(Basis::Gaussian, 0.0, 1e-12, functions, bounds);
+    let splat = SplatSettings { classify: Classify::Mean, ..SplatSettings::FUNCTIONS };
+    let (opacity, direction) = (vec![(0.0, 0.0), (1.0, 0.6)], DVec3::new(0.4, 0.5, -0.8));
+    let mut scene = scene(lattice, |at| functions.value(at), opacity, splat, direction);
+    // As smooth as the opacities: see `converging`.
+    scene.transfer_mut().expect("a field").colour =
+        ColourSource::Map { map: ColourMap::Gray, range: [-0.2, 1.2] };
+    let samples = scene.volume().expect("a field");
+    let volume = ScalarVolume { functions: Some(Arc::new(functions)), ..(**samples).clone() };
+    scene.set_volume(Arc::new(volume));
+    scene
+}
+
+/// What a slab has of functions is known exactly, and its mean is coloured. With d the thickness of slabs, its optical depth is
+/// off by d³/24 μ″(s) s′² and its colour as much: second order along the ray, where values in the middle have s″ besides.
+#[test]
+fn splats_of_functions_converge_at_second_order() {
+    let scene = of_functions();
+    let draw = |slabs_per_voxel| picture(&scene, SplatSettings { slabs_per_voxel, ..scene.splat });
+    let rms = |found: &[[f64; 4]], truth: &[[f64; 4]]| {
+        let pairs = found.as_flattened().iter().zip(truth.as_flattened());
+        let squares: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
+        (squares / (4 * truth.len()) as f64).sqrt()
+    };
+    let truth = draw(64.0);
+    assert!(truth.iter().any(|pixel| pixel[3] > 0.3), "something is seen");
+    let errors = [1.0, 2.0, 4.0, 8.0].map(|slabs_per_voxel| rms(&draw(slabs_per_voxel), &truth));
+    let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    println!("measured splats: {errors:?} at 1, 2, 4, 8 slabs, orders {orders:.2?}");
+    // FLOOR-TODO: predicted 2.0 each; against 64 slabs rather than the limit the last one reads 2.02.
+    assert!(orders[1..].iter().all(|order| (1.7..2.4).contains(order)), "{orders:?}");
+    // The limit is that of continuous rays, which know nothing of slabs or means.
+    let exact = Reference::exact(&scene, SIZE).unwrap().picture();
+    let apart = rms(&truth, &exact);
+    // FLOOR-TODO: predicted 1/64 of the error of 8 slabs.
+    assert!(apart < 0.1 * errors[3], "{apart:e} {errors:?}");
 }
 
 /// The scenes of the mode table: values in a 32³ lattice, and opacities.

@@ -78,7 +78,7 @@ pub(super) fn met_by(scene: &Scene, ray: &Line) -> Vec<Surface> {
 pub(super) fn value_on(scene: &Scene, ray: &Line, t: f64) -> Option<f64> {
     drawn(scene).into_iter().find_map(|layer| {
         let origin = layer.mesh.origin();
-        let mut all = layer.mesh.triangles(false).zip(layer.mesh.values(layer.look.by?.array));
+        let mut all = layer.mesh.triangles(false).zip(layer.mesh.values(layer.array()?));
         all.find_map(|(triangle, values)| {
             let corners = triangle.corners.map(|corner| origin + corner.as_dvec3());
             let (shares, at) = meet(ray, corners)?;

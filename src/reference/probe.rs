@@ -15,10 +15,7 @@ use super::quadrature::Light;
 use super::shading::{RayShader, Shader, gradient};
 use super::sources::Line;
 use super::truth;
-use crate::kernel::Kernel;
-use crate::scene::{
-    AlongRay, Classify, Reconstruction, Scene, Shading, ShadingSpace, SplatSettings,
-};
+use crate::scene::{AlongRay, Reconstruction, Scene, Shading, ShadingSpace, SplatSettings};
 use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
 
@@ -80,10 +77,7 @@ pub struct Probe {
 
 /// What reconstructs the values that a mode is probed for.
 fn field_of(splat: &SplatSettings) -> (Shape, Reconstruction) {
-    let (kernel, extent, reconstruction) = match splat.classify {
-        Classify::Before => (Kernel::BSpline, None, Reconstruction::Interpolating),
-        _ => (splat.kernel, splat.extent, splat.reconstruction),
-    };
+    let (kernel, extent, reconstruction) = splat.values_between();
     // Points leave nothing between them, and are never classified after.
     (Shape::new(kernel, extent).unwrap_or(Shape::Nearest), reconstruction)
 }
@@ -169,6 +163,13 @@ impl Probe {
             beside: &[],
         };
         Some(self.point(scene, &classes, shade, (0.0, Met::Asked)))
+    }
+
+    /// The value at a place of the world; `None` beside the data, and where samples have none.
+    pub fn value(&self, world: DVec3) -> Option<f64> {
+        let place = self.volume.lattice.index_from_world(world);
+        let is_there = is_in(self.field.dims, place) && !self.field.is_hole(place);
+        if is_there { self.field.value(place) } else { None }
     }
 
     /// What is told of a place of a ray, and of what is met there.
@@ -331,9 +332,10 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
+    use crate::kernel::Kernel;
     use crate::reference::support::{in_perspective, rough, scene};
     use crate::reference::{Reference, VectorPlace};
-    use crate::scene::{Amounts, ClipBox, CutFaces, Index, Isosurface, Slice};
+    use crate::scene::{Amounts, Classify, ClipBox, CutFaces, Index, Isosurface, Slice};
     use crate::vector::ColourBy;
     use crate::volume::{Lattice, Samples};
 
@@ -562,10 +564,9 @@ mod tests {
         let positions = corners.map(corner).to_vec();
         let triangles = vec![[0, 1, 2]];
         let mesh = crate::polygons::Mesh::new("t", positions, Vec::new(), Vec::new(), triangles);
-        let crate::scene::PolygonLayer { mesh, look } =
-            crate::scene::PolygonLayer::new(Arc::new(mesh.unwrap()));
-        let look = crate::scene::PolygonLook { opacity, ..look };
-        crate::scene::PolygonLayer { mesh, look }
+        let mut layer = crate::scene::PolygonLayer::new(Arc::new(mesh.unwrap()));
+        layer.look.opacity = opacity;
+        layer
     }
 
     #[test]

@@ -379,9 +379,7 @@ impl Scene {
     pub fn polygons(&self) -> Vec<PolygonLayer> {
         let shown = self.sampled().filter(|(layer, _)| layer.is_shown);
         let polygons = |(layer, samples): (&Layer, &Sampled)| match (&layer.look, samples) {
-            (Look::Polygons(look), Sampled::Mesh(mesh)) => {
-                Some(PolygonLayer { mesh: Arc::clone(mesh), look: *look })
-            }
+            (Look::Polygons(look), Sampled::Mesh(mesh)) => Some(self.in_field_colours(mesh, *look)),
             _ => None,
         };
         shown.filter_map(polygons).filter(|layer| layer.look.opacity > 0.0).collect()

@@ -7,6 +7,7 @@
 pub mod annotations;
 mod cells;
 mod effect;
+mod field_on_mesh;
 mod first_look;
 mod framing;
 mod inside;
@@ -24,6 +25,7 @@ pub use crate::hierarchy::ErrorMeasure;
 pub use annotations::{Annotation, Annotations, lay_out as lay_out_annotations};
 pub use cells::{Cell, Cells, Edge, IndexRay, WhyWhole, level_colour};
 pub use effect::Effect;
+pub use field_on_mesh::{FieldOnMesh, MeshInField};
 pub use first_look::FirstLook;
 pub use framing::{
     NamedView, Orientation, UpAxis, among_surfaces, axis_letters, box_of_what_shows, framing_all,
@@ -189,8 +191,10 @@ impl Scene {
 
     /// Whether both show the same samples in the same way.
     pub fn has_same_layers(&self, other: &Self) -> bool {
-        let is_same =
-            |layer: &Layer| self.store.get(&layer.source) == other.store.get(&layer.source);
+        let is_same = |layer: &Layer| {
+            self.store.get(&layer.source) == other.store.get(&layer.source)
+                && self.mesh_with_values(layer) == other.mesh_with_values(layer)
+        };
         self.layers == other.layers && self.layers.iter().all(is_same)
     }
 }

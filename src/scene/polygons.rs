@@ -25,6 +25,10 @@ pub struct PolygonLook {
     /// By numbers on the mesh, in place of other colours.
     #[serde(default)]
     pub by: Option<ByArray>,
+    /// By the values of the field that it lies in, in the field's own colours, in place of others: [`POLYGON_COLOUR`] at corners
+    /// where the field has none.
+    #[serde(default)]
+    pub by_field: bool,
     /// 0..=1, of each triangle, however it is turned.
     pub opacity: f64,
     /// Whether it is lit by the corners' normals (means of the triangles' about them where they have none),
@@ -63,6 +67,8 @@ pub struct PolygonLayer {
     pub mesh: Arc<Mesh>,
     /// What they look like.
     pub look: PolygonLook,
+    /// The colours of the numbers of the mesh's first array, in place of others, where these are values of the scene's field.
+    pub field_colours: Option<ColourSource>,
 }
 
 /// What cannot be drawn of polygons.
@@ -101,8 +107,8 @@ impl PolygonLayer {
     /// A mesh as it is first seen: opaque, in its own colours, smooth where its edges are blunt or its normals say so.
     pub fn new(mesh: Arc<Mesh>) -> Self {
         let is_smooth = mesh.is_smooth();
-        let look = PolygonLook { colour: None, by: None, opacity: 1.0, is_smooth };
-        Self { mesh, look }
+        let look = PolygonLook { colour: None, by: None, by_field: false, opacity: 1.0, is_smooth };
+        Self { mesh, look, field_colours: None }
     }
 
     /// A surface as it is first seen that is all there is of its file: by the numbers of this name, over a range or all of
@@ -120,16 +126,30 @@ impl PolygonLayer {
         Self { look: PolygonLook { by, ..layer.look }, ..layer }
     }
 
+    /// Which of the mesh's arrays colours it.
+    pub fn array(&self) -> Option<usize> {
+        match self.field_colours {
+            Some(_) => Some(0),
+            None => self.look.by.map(|by| by.array),
+        }
+    }
+
     /// Every triangle, with normals and colours as it looks.
     pub fn triangles(&self) -> impl Iterator<Item = (Triangle, [Srgb8; 3])> + '_ {
         let PolygonLook { colour, by, is_smooth, .. } = self.look;
-        let values = self.mesh.values(by.map_or(usize::MAX, |by| by.array));
+        let of_field = self.field_colours.as_ref();
+        let values = self.mesh.values(self.array().unwrap_or(usize::MAX));
         self.mesh.triangles(is_smooth).zip(values).map(move |(triangle, values)| {
-            let colours = match (by, colour, triangle.colours) {
-                (Some(by), _, _) => values.map(|value| by.colour(f64::from(value))),
-                (None, Some(colour), _) => [colour; 3],
-                (None, None, Some(own)) => own,
-                (None, None, None) => [POLYGON_COLOUR; 3],
+            let values = values.map(f64::from);
+            let colours = match (of_field, by, colour, triangle.colours) {
+                (Some(field), ..) => values.map(|value| match value.is_nan() {
+                    true => POLYGON_COLOUR,
+                    false => field.srgb_at(value),
+                }),
+                (None, Some(by), ..) => values.map(|value| by.colour(value)),
+                (None, None, Some(colour), _) => [colour; 3],
+                (None, None, None, Some(own)) => own,
+                (None, None, None, None) => [POLYGON_COLOUR; 3],
             };
             (triangle, colours)
         })
@@ -138,19 +158,22 @@ impl PolygonLayer {
     /// The surface of a label as it is first seen: in the file's colour, or that of its number among the others.
     pub fn of_label(mesh: Arc<Mesh>, number: usize, colour: Option<Srgb8>) -> Self {
         let colour = Some(colour.unwrap_or_else(|| colour_of_label(number)));
-        Self { mesh, look: PolygonLook { colour, by: None, opacity: 1.0, is_smooth: true } }
+        let look = PolygonLook { colour, by: None, by_field: false, opacity: 1.0, is_smooth: true };
+        Self { mesh, look, field_colours: None }
     }
 }
 
 impl PartialEq for PolygonLayer {
     /// The same mesh, not an equal one.
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.mesh, &other.mesh) && self.look == other.look
+        Arc::ptr_eq(&self.mesh, &other.mesh)
+            && self.look == other.look
+            && self.field_colours == other.field_colours
     }
 }
 
 impl From<PolygonLayer> for (Sampled, Look) {
-    fn from(PolygonLayer { mesh, look }: PolygonLayer) -> Self {
+    fn from(PolygonLayer { mesh, look, .. }: PolygonLayer) -> Self {
         (Sampled::Mesh(mesh), Look::Polygons(look))
     }
 }
@@ -210,6 +233,6 @@ mod tests {
     fn looks_that_were_saved_before_numbers_coloured_are_read() {
         let old = r#"{"colour":null,"opacity":0.5,"is_smooth":true}"#;
         let look: PolygonLook = serde_json::from_str(old).unwrap();
-        assert_eq!((look.by, look.opacity), (None, 0.5));
+        assert_eq!((look.by, look.by_field, look.opacity), (None, false, 0.5));
     }
 }

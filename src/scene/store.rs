@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::FieldOnMesh;
 use crate::core::counted;
 use crate::polygons::Mesh;
 use crate::volume::{Component, ScalarVolume, VectorField};
@@ -79,6 +80,8 @@ impl PartialEq for Sampled {
 #[derive(Debug, Clone, Default)]
 pub struct Store {
     held: Vec<(SampleSource, Sampled)>,
+    /// Made of these, and to be made again where it is not there: the field's values on meshes. The newest last.
+    pub(super) on_meshes: Vec<FieldOnMesh>,
 }
 
 impl Store {

@@ -13,6 +13,7 @@ pub mod encode;
 pub mod engine;
 pub mod engines;
 pub mod estimate;
+pub mod field_on_mesh;
 mod job;
 pub mod lettering;
 pub mod level;

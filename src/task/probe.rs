@@ -69,7 +69,7 @@ impl Look {
 }
 
 /// Of a scene's volume, if it has one.
-fn probe_of(scene: &Scene) -> Result<Option<Probe>, TooLarge> {
+pub(super) fn probe_of(scene: &Scene) -> Result<Option<Probe>, TooLarge> {
     // Sharpening radial kernels needs what was before beside what comes.
     let copies = match scene.splat.kernel {
         Kernel::Nearest | Kernel::Linear | Kernel::BSpline => 1,

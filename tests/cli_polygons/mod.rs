@@ -383,4 +383,37 @@ fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
     let said = refused("by=cold");
     assert!(said.contains("found cold") && said.contains("the file has heat"), "{said}");
     assert!(refused("map=gray").contains("expected by=ARRAY"), "{}", refused("map=gray"));
+    let said = refused("by=field,range=0:1");
+    assert!(said.contains("expected by=field without map= and range="), "{said}");
+}
+
+#[test]
+fn a_mesh_in_the_fields_colours_has_those_of_its_transfer_function() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("plane.obj");
+    fs::write(&path, "v -2 -2 0\nv 4 -2 0\nv -2 4 0\nf 1 2 3\n").expect("written");
+    let picture = folder.path().join("plane.png");
+    let draw = |by: &str| {
+        let mesh = format!("{}{by}", path.display());
+        let to = picture.to_str().expect("UTF-8");
+        let scene = ["render", "demo:shells:16", "--engine", "native", "--mesh", &mesh, "-o", to];
+        let look =
+            ["--opacity", "0:0", "--color", "0:ff0000,255:00ff00", "--resolution", "160,120"];
+        let output = voxsplat(&[&scene[..], &look].concat());
+        assert!(output.status.success(), "{}", errors(&output));
+        image::open(&picture).expect("a picture").to_rgb8()
+    };
+    // Red and green have no blue, and grey has as much as of the others.
+    let is_coloured = |p: &image::Rgb<u8>| {
+        let [red, green, blue] = p.0.map(u32::from);
+        red.max(green) > 40 && 3 * blue < red.max(green)
+    };
+    let count = |image: &image::RgbImage| image.pixels().filter(|p| is_coloured(p)).count();
+    let (plain, coloured) = (draw(""), draw(",by=field"));
+    assert_eq!(count(&plain), 0);
+    // FLOOR-TODO, to be measured: the box is some 500 of the pixels.
+    assert!(count(&coloured) > 100, "{}", count(&coloured));
+    // Beside the field it is as it was.
+    let same = plain.pixels().zip(coloured.pixels()).filter(|(a, b)| a == b && a.0 != [0; 3]);
+    assert!(same.count() > 100);
 }

@@ -219,7 +219,8 @@ fn of_nodes(scene: &Scene, nodes: &[Node]) -> Vec<[f32; 4]> {
     let plan = Plan::of(scene, FEW);
     renderer.begin_nodes(&plan, nodes, 2e-4, &Ticket::new()).unwrap();
     let tiles = tile_count(FEW);
-    assert_eq!(renderer.draw_tiles(0..tiles, f64::INFINITY), tiles);
+    let drawn = renderer.draw_tiles(0..tiles, f64::INFINITY, &Ticket::new());
+    assert_eq!(drawn.expect("not cancelled"), tiles);
     renderer.light().0
 }
 

@@ -4,6 +4,7 @@
 mod beside;
 mod borders;
 mod hard;
+mod field_colours;
 mod jumps;
 mod unasked;
 mod within;

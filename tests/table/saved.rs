@@ -58,9 +58,11 @@ fn look() -> impl Strategy<Value = Look> {
     let by = any::<Option<usize>>().prop_map(|array| {
         array.map(|array| ByArray { array, map: ColourMap::Batlow, range: [-1.5, 1e300] })
     });
-    let polygons = (0.0..1.0, any::<bool>(), any::<Option<[u8; 3]>>(), by).prop_map(
-        |(opacity, is_smooth, colour, by)| {
-            Look::Polygons(PolygonLook { colour: colour.map(Srgb8), by, opacity, is_smooth })
+    let flags = any::<[bool; 2]>();
+    let polygons = (0.0..1.0, flags, any::<Option<[u8; 3]>>(), by).prop_map(
+        |(opacity, [is_smooth, by_field], colour, by)| {
+            let colour = colour.map(Srgb8);
+            Look::Polygons(PolygonLook { colour, by, by_field, opacity, is_smooth })
         },
     );
     prop_oneof![transfer().prop_map(Look::Field), vectors, polygons]

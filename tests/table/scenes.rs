@@ -391,15 +391,15 @@ fn add(scene: &mut Scene, part: Part) {
         }
         Part::Alone => scene.show_field(false),
         Part::OpaquePolygons => {
-            let PolygonLayer { mesh, look } = PolygonLayer::new(Arc::new(octahedron(&lattice)));
+            let mut body = PolygonLayer::new(Arc::new(octahedron(&lattice)));
             let colour = Some(Srgb8([240, 200, 90]));
-            let look = PolygonLook { colour, is_smooth: true, ..look };
-            scene.add(SampleSource::made("body"), PolygonLayer { mesh, look });
+            body.look = PolygonLook { colour, is_smooth: true, ..body.look };
+            scene.add(SampleSource::made("body"), body);
         }
         Part::TranslucentPolygons => {
-            let PolygonLayer { mesh, look } = PolygonLayer::new(Arc::new(shards(&lattice, 14)));
-            let look = PolygonLook { opacity: 0.45, ..look };
-            scene.add(SampleSource::made("shards"), PolygonLayer { mesh, look });
+            let mut layer = PolygonLayer::new(Arc::new(shards(&lattice, 14)));
+            layer.look.opacity = 0.45;
+            scene.add(SampleSource::made("shards"), layer);
         }
     }
 }

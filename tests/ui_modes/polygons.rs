@@ -8,7 +8,7 @@ use egui_kittest::kittest::Queryable as _;
 use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
 use voxsplat::core::Srgb8;
-use voxsplat::polygons::Mesh;
+use voxsplat::polygons::{Mesh, MeshValues};
 use voxsplat::scene::{Layer, Look, PolygonLook, Sampled, Scene};
 
 use super::press;
@@ -92,6 +92,40 @@ fn a_dropped_mesh_is_embedded_changed_and_taken_back() {
     let said = bench.window().notices().shown().last().expect("an error").text.clone();
     assert!(said.contains("at least one triangle") && said.contains("broken.obj"), "{said}");
     assert_eq!(layers(&bench).len(), 1);
+}
+
+#[test]
+fn a_mesh_takes_the_colours_of_the_field_that_it_lies_in() {
+    let mut bench = Bench::opened();
+    dropped(&mut bench, "fibre.obj", TRIANGLE);
+    bench.choose("Mesh 1 colour by", "The field");
+    let is_coloured = |scene: &Scene| scene.polygons()[0].field_colours.is_some();
+    bench.wait_until(|window| window.scene().is_some_and(is_coloured));
+    bench.settle();
+    assert!(layers(&bench)[0].look.by_field && !bench.shows("Mesh 1 one colour"));
+    let scene = bench.last_request().scene;
+    let layer = scene.polygons().remove(0);
+    let volume = scene.volume().expect("a field");
+    assert_eq!(layer.field_colours.as_ref(), scene.transfer().map(|transfer| &transfer.colour));
+    assert_eq!(layer.mesh.arrays()[0].name, volume.name);
+    // Its corners are samples, through which splines pass.
+    let MeshValues::Corners(values) = &layer.mesh.arrays()[0].values else { panic!("at corners") };
+    let most = 1e-4 * (volume.statistics.max - volume.statistics.min);
+    for (place, value) in layer.mesh.places().into_iter().zip(values).take(3) {
+        let off = (volume.value_at(place) - f64::from(*value)).abs();
+        assert!(off <= most, "{place}: {value}");
+    }
+    assert!(layer.mesh.len() > 1, "its edges were longer than a sample");
+    // What was found is no step of its own.
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert!(!layers(&bench)[0].look.by_field);
+    assert!(bench.last_request().scene.polygons()[0].field_colours.is_none());
+    bench.choose("Mesh 1 colour by", "The field");
+    bench.wait_until(|window| window.scene().is_some_and(is_coloured));
+    bench.choose("Mesh 1 colour by", "Nothing");
+    bench.settle();
+    assert!(!layers(&bench)[0].look.by_field && bench.shows("Mesh 1 one colour"));
 }
 
 #[test]

@@ -34,6 +34,7 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> Option<Action> {
     }
     let mut removed = 0..0;
     let mut meshes = 0;
+    let has_field = scene.volume().is_some();
     for of_file in files {
         let first = of_file.start;
         let is_removed = if is_of_polygons(&scene.layers[of_file.clone()]) {
@@ -43,7 +44,8 @@ pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> Option<Action> {
                 Some(Sampled::Mesh(mesh)) => mesh.arrays(),
                 _ => &[],
             };
-            let mesh = (samples.map(Sampled::about).unwrap_or_default(), arrays);
+            let numbers = Numbers { arrays, has_field };
+            let mesh = (samples.map(Sampled::about).unwrap_or_default(), numbers);
             let layer = &mut scene.layers[first];
             ui.push_id(("mesh", meshes), |ui| layer_ui(ui, meshes, mesh, layer)).inner
         } else {
@@ -138,13 +140,23 @@ fn label_ui(ui: &mut Ui, layer: &mut Layer) {
     ui.add(Label::new(text).truncate());
 }
 
+/// What a mesh may be coloured by.
+#[derive(Clone, Copy)]
+struct Numbers<'a> {
+    /// Of its file.
+    arrays: &'a [MeshArray],
+    /// Whether there is a field, whose values it may have.
+    has_field: bool,
+}
+
 /// One mesh; whether it is to be removed.
 fn layer_ui(
     ui: &mut Ui,
     i: usize,
-    (about, arrays): (String, &[MeshArray]),
+    (about, numbers): (String, Numbers<'_>),
     layer: &mut Layer,
 ) -> bool {
+    let arrays = numbers.arrays;
     let name = format!("Mesh {i}");
     let removed = row_ui(ui, &name, |ui| {
         let shown = ui.checkbox(&mut layer.is_shown, "").accessible_name(format!("{name} shown"));
@@ -157,8 +169,8 @@ fn layer_ui(
         opacity_ui(ui, &name, opacity, "How much each triangle hides of what is behind");
     }
     let Look::Polygons(look) = &mut layer.look else { return removed };
-    if !arrays.is_empty() {
-        row_ui(ui, "Colour by", |ui| array_ui(ui, &name, arrays, look));
+    if !arrays.is_empty() || numbers.has_field || look.by_field {
+        row_ui(ui, "Colour by", |ui| array_ui(ui, &name, numbers, look));
     }
     if let Some(by) = &mut look.by {
         row_ui(ui, "Colours", |ui| {
@@ -168,7 +180,7 @@ fn layer_ui(
         row_ui(ui, "From, to", |ui| ends_ui(ui, &name, arrays.get(by.array), &mut by.range));
     }
     row_ui(ui, "", |ui| {
-        if look.by.is_none() {
+        if look.by.is_none() && !look.by_field {
             one_colour_ui(ui, &name, look);
         }
         ui.checkbox(&mut look.is_smooth, "Smooth")
@@ -194,13 +206,28 @@ fn one_colour_ui(ui: &mut Ui, name: &str, look: &mut PolygonLook) {
 }
 
 /// Which numbers it is coloured by, if any.
-fn array_ui(ui: &mut Ui, name: &str, arrays: &[MeshArray], look: &mut PolygonLook) {
+fn array_ui(ui: &mut Ui, name: &str, numbers: Numbers<'_>, look: &mut PolygonLook) {
     const NONE: &str = "Nothing";
-    let chosen = look.by.and_then(|by| arrays.get(by.array)).map_or(NONE, |array| &array.name);
+    const FIELD: &str = "The field";
+    let Numbers { arrays, has_field } = numbers;
+    let own = look.by.and_then(|by| arrays.get(by.array));
+    let chosen = match own {
+        _ if look.by_field => FIELD,
+        Some(array) => &array.name,
+        None => NONE,
+    };
     let combo = ComboBox::from_id_salt("array").selected_text(chosen).truncate();
     let shown = combo.show_ui(ui, |ui| {
-        if ui.selectable_label(look.by.is_none(), NONE).clicked() {
-            look.by = None;
+        if ui.selectable_label(look.by.is_none() && !look.by_field, NONE).clicked() {
+            (look.by, look.by_field) = (None, false);
+        }
+        if has_field {
+            let choice = ui.selectable_label(look.by_field, FIELD).on_hover_text(
+                "The values of the volume at its triangles, in the colours of the transfer function; plain beside the volume",
+            );
+            if choice.clicked() {
+                (look.by, look.by_field) = (None, true);
+            }
         }
         for (array, own) in arrays.iter().enumerate() {
             let is_chosen = look.by.is_some_and(|by| by.array == array);
@@ -208,12 +235,14 @@ fn array_ui(ui: &mut Ui, name: &str, arrays: &[MeshArray], look: &mut PolygonLoo
                 && let Some(range) = own.range()
             {
                 let map = look.by.map_or(ByArray::FIRST_MAP, |by| by.map);
-                look.by = Some(ByArray { array, map, range });
+                (look.by, look.by_field) = (Some(ByArray { array, map, range }), false);
             }
         }
     });
     let response = shown.response.accessible_name(format!("{name} colour by"));
-    response.on_hover_text("Which of the file's numbers colour it");
+    response.on_hover_text(
+        "Which numbers colour it: those of its file, or the values of the volume that it lies in",
+    );
 }
 
 /// The numbers that take the first and the last colour.

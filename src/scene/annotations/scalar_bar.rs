@@ -62,12 +62,21 @@ impl<'a> Legend<'a> {
                 all.push(Self::of_vectors(layer));
             }
         }
-        all.extend(scene.polygons().into_iter().filter_map(Self::of_surface));
+        // Where the field has a bar, it is that of the surfaces in its colours, too.
+        let is_new = |layer: &PolygonLayer| layer.field_colours.is_none() || !shows_field;
+        all.extend(scene.polygons().into_iter().filter(is_new).filter_map(Self::of_surface));
         all
     }
 
     /// Of polygons that are coloured by numbers on them.
-    fn of_surface(PolygonLayer { mesh, look }: PolygonLayer) -> Option<Self> {
+    fn of_surface(PolygonLayer { mesh, look, field_colours }: PolygonLayer) -> Option<Self> {
+        if let Some(colours) = field_colours {
+            let title = mesh.arrays().first()?.name.clone();
+            let [a, b] = colours.range();
+            let colour = Box::new(move |at: f64| colours.srgb_at(at).to_linear().0);
+            let range = [a.min(b), a.max(b)];
+            return Some(Self { title, range, colour, opacity: None, names: Vec::new() });
+        }
         let by = look.by?;
         let title = mesh.arrays().get(by.array)?.name.clone();
         let [a, b] = by.range;
