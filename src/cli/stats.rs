@@ -145,7 +145,7 @@ impl<'a> Stats<'a> {
             kernels_drawn: still.drawn.kernels,
             octree_nodes: still.drawn.cut.map_or(still.drawn.nodes, |cut| cut.nodes()),
             octree_levels: still.drawn.cut.map(|cut| cut.levels()),
-            octree_error: still.drawn.max_error,
+            octree_error: still.drawn.cut.map_or(still.drawn.max_error, |cut| cut.max_error),
             octree_built_by: still.octree,
             drawn_resolution: still.drawn.size,
             field: still.field,

@@ -63,10 +63,12 @@ const MOST_RISE: f64 = 4.0;
 /// cross other voxels, and what they fetch is in no cache. 2.9 to 3.7 on scans, 8 times smaller; a ray
 /// of tents, 5 times smaller, 0.5 of one of `full` through B-splines. By [`SlabField`].
 const MOST_SPREAD_COST: [f64; 2] = [4.0, 1.0];
-/// And at least, by [`SlabField`]. Whole pictures of three scans by the native engine: tents take 0.49 to 0.78 of what B-splines do.
-const LEAST_SPREAD_COST: [f64; 2] = [1.0, 0.3];
-/// How many times more a ray through B-splines costs than one through tents, at most. Native engine: 1.3 to 2.0 on three scans.
-const MOST_OWN_OVER_PREVIEW: f64 = 2.0;
+/// And at least, by [`SlabField`]. Whole pictures of three scans by the native engine: tents take 0.49 to 0.78 of what B-splines do;
+/// smaller ones, lit, 0.17.
+const LEAST_SPREAD_COST: [f64; 2] = [1.0, 0.15];
+/// How many times more a ray through B-splines costs than one through tents, at most. Smaller pictures by the native engine: 1.3 to
+/// 2.0 on three scans, and up to 6.6 lit, where derivatives of B-splines are 16 times 3 rows.
+const MOST_OWN_OVER_PREVIEW: f64 = 8.0;
 /// Share of a smaller picture's budget that goes to its rays at least.
 const LEAST_RAY_SHARE: f64 = 0.4;
 /// Share of a coarse picture's budget that goes to splats as such; the rest to their pixels.
@@ -126,11 +128,13 @@ impl Costs {
         *ray_ms += *ray_ms * drawn * a_share;
     }
 
-    /// Limits the price of each field by the other's, since only the field that is drawn is measured.
-    pub fn hold_fields_together(&mut self) {
+    /// Limits the price of the field that was not drawn by that of the one that was `drawn`, and so measured.
+    pub fn hold_fields_together(&mut self, drawn: SlabField) {
         let [own, preview] = &mut self.reduced_ray_ms;
-        *own = own.min(MOST_OWN_OVER_PREVIEW * *preview);
-        *preview = preview.min(*own);
+        match drawn {
+            SlabField::Own => *preview = preview.clamp(*own / MOST_OWN_OVER_PREVIEW, *own),
+            SlabField::Preview => *own = own.clamp(*preview, MOST_OWN_OVER_PREVIEW * *preview),
+        }
     }
 
     /// Takes in how long the lists of vectors of a smaller picture were made.
@@ -224,21 +228,25 @@ mod tests {
         }
         let [own, tents] = costs.reduced_ray_ms;
         assert!(
-            (own / 5e-4 - 1.0).abs() < 1e-6 && (tents / 1.5e-4 - 1.0).abs() < 1e-6,
+            (own / 5e-4 - 1.0).abs() < 1e-6 && (tents / 0.75e-4 - 1.0).abs() < 1e-6,
             "{costs:?}"
         );
     }
 
     #[test]
-    fn a_price_that_nobody_measures_is_held_to_the_other_fields() {
-        let mut costs = Costs { reduced_ray_ms: [9.0, 1.0], ..Costs::native() };
-        costs.hold_fields_together();
-        assert_eq!(costs.reduced_ray_ms, [2.0, 1.0]);
-        costs.reduced_ray_ms = [1.5, 4.0];
-        costs.hold_fields_together();
-        assert_eq!(costs.reduced_ray_ms, [1.5, 1.5]);
-        costs.hold_fields_together();
-        assert_eq!(costs.reduced_ray_ms, [1.5, 1.5], "what is likely stays");
+    fn a_price_that_nobody_measures_is_held_to_that_of_the_field_that_was_drawn() {
+        let held = |prices: [f64; 2], drawn| {
+            let mut costs = Costs { reduced_ray_ms: prices, ..Costs::native() };
+            costs.hold_fields_together(drawn);
+            costs.reduced_ray_ms
+        };
+        assert_eq!(held([16.0, 1.0], SlabField::Own), [16.0, 2.0], "what was measured stays");
+        assert_eq!(held([16.0, 1.0], SlabField::Preview), [8.0, 1.0]);
+        assert_eq!(held([1.5, 4.0], SlabField::Own), [1.5, 1.5]);
+        assert_eq!(held([1.5, 4.0], SlabField::Preview), [4.0, 4.0]);
+        for drawn in [SlabField::Own, SlabField::Preview] {
+            assert_eq!(held([1.5, 1.0], drawn), [1.5, 1.0], "what is likely stays");
+        }
     }
 
     #[test]

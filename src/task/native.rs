@@ -136,7 +136,7 @@ impl Drawer {
         if plan.cut.is_none() {
             self.learn_slabs((plan, which), (wall_ms, lists_ms), visits);
             if !is_of_few_cells(plan) {
-                self.costs.hold_fields_together();
+                self.costs.hold_fields_together(which);
             }
         }
         let (splats, vectors_averaged) =

@@ -3,8 +3,8 @@
 
 mod beside;
 mod borders;
-mod hard;
 mod field_colours;
+mod hard;
 mod jumps;
 mod unasked;
 mod within;
