@@ -36,8 +36,9 @@ const SAMPLING_GROWTH: f64 = 1.35;
 const UNSEEN_SAMPLING: f64 = 8e-3;
 /// A cut that was drawn last is kept where another one is thought to be nearer by less than this.
 const WORTH_CHANGING: f64 = 0.9;
-/// How far a measured picture moves what cuts are known to cost, as a share of the difference.
-const TRUST: f64 = 0.5;
+/// How far a measured picture moves what cuts are known to cost, as a share of the difference: one that took less time than
+/// thought, and one that took more, for which a hand waits.
+const TRUST: [f64; 2] = [0.5, 0.8];
 /// Share of what was learnt that is left after each picture that is not of a cut: the machine may have been busy.
 const KEPT: f64 = 0.9;
 /// Cuts are never taken to need more, or less, time than thought by more than this factor.
@@ -299,16 +300,23 @@ impl FieldCuts {
         self.candidate(number).map_or(1.0, |found| found.shares[field as usize] * longer)
     }
 
-    /// Takes in a picture: of a cut of which field, if of any, and how many times longer than was thought that took.
-    pub(super) fn learn(&mut self, drawn: Option<(SlabField, f64)>) {
+    /// Takes in a picture: of a cut of which field, if of any, and how many times longer than was thought that took. Whether
+    /// cuts can be so much dearer, or cheaper: else it is the field itself that costs another price.
+    pub(super) fn learn(&mut self, drawn: Option<(SlabField, f64)>) -> bool {
+        let most = MOST_LONGER.log2();
+        let mut is_likely = true;
         for field in [SlabField::Own, SlabField::Preview] {
             let known = &mut self.longer[field as usize];
-            *known = match drawn {
-                Some((of, longer)) if of == field => *known + TRUST * longer.log2(),
+            let found = match drawn {
+                Some((of, longer)) if of == field => {
+                    is_likely = (*known + longer.log2()).abs() <= most;
+                    *known + TRUST[usize::from(longer > 1.0)] * longer.log2()
+                }
                 _ => *known * KEPT,
             };
-            *known = known.clamp(-MOST_LONGER.log2(), MOST_LONGER.log2());
+            *known = found.clamp(-most, most);
         }
+        is_likely
     }
 
     /// Takes in what leaving out pixels is thought to have cost a picture that was drawn so many times smaller.
@@ -491,10 +499,11 @@ mod tests {
     fn a_cut_that_took_long_is_dearer_and_is_tried_again_after_others() {
         let mut cuts = FieldCuts::default();
         let longer = |cuts: &FieldCuts| cuts.longer[SlabField::Own as usize].exp2();
-        cuts.learn(Some((SlabField::Own, 4.0)));
-        assert!((longer(&cuts) - 2.0).abs() < 1e-12, "half of the way");
+        assert!(cuts.learn(Some((SlabField::Own, 4.0))));
+        assert!((longer(&cuts).log2() - 1.6).abs() < 1e-12, "most of the way");
+        assert!(cuts.learn(Some((SlabField::Own, 1.2))), "as dear as cuts may be");
         for _ in 0..9 {
-            cuts.learn(Some((SlabField::Own, 4.0)));
+            assert!(!cuts.learn(Some((SlabField::Own, 4.0))), "the field is dearer");
         }
         assert!((longer(&cuts) - MOST_LONGER).abs() < 1e-12, "no more than that");
         assert_eq!(cuts.longer[SlabField::Preview as usize], 0.0);

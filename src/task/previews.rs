@@ -405,11 +405,14 @@ impl Drawer {
             self.cuts.learn(None);
             return Ok(Drawn { is_reduced: true, field, ..drawn });
         };
-        // What all of the field was thought to cost is not touched by what a cut of it does.
+        // What all of the field was thought to cost is not touched by what a cut of it does, but where that explains nothing.
         let rays = f64::from(smaller[0]) * f64::from(smaller[1]);
-        let thought_ms = self.costs.reduced_ms(field, rays * self.cuts.share(number, field));
-        let longer = (drawn.wall_ms / thought_ms).clamp(0.25, 4.0);
-        self.cuts.learn(Some((field, longer)));
+        let of_cut = rays * self.cuts.share(number, field);
+        let longer = (drawn.wall_ms / self.costs.reduced_ms(field, of_cut)).clamp(0.25, 4.0);
+        if !self.cuts.learn(Some((field, longer))) {
+            self.costs.learn_reduced(field, of_cut, drawn.wall_ms);
+            self.costs.hold_fields_together(field);
+        }
         self.kept_bricks = self.keeps_cut.then_some(number);
         let cut =
             CutLevels { max_error, rmse: self.cuts.cut_rmse(number, plan), bricks: cut.counts() };
