@@ -10,6 +10,7 @@ use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use super::own::Own;
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
+use crate::rbf::Limits;
 use crate::scene::{Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
 
@@ -27,6 +28,7 @@ pub(super) struct Lattice {
     pub kernel: Kernel,
     extent: Option<f64>,
     reconstruction: Reconstruction,
+    limits: Limits,
     values: Vec<f32>,
     /// What is to be added to each value.
     pub bias: f64,
@@ -110,7 +112,8 @@ impl Lattice {
     ) -> Result<Self, Cancelled> {
         let Coefficients { dims, mut values, bias, mut holes, .. } = coefficients;
         let SplatSettings { kernel, extent, reconstruction, .. } = *mode;
-        let own = Own::of(source, kernel, bias, ticket)?;
+        let limits = mode.limits();
+        let own = Own::of(source, (kernel, &limits), bias, ticket)?;
         match &own {
             // They may have been fitted to the samples.
             Some(Own::Functions(functions)) if !functions.is_mean() => {
@@ -154,6 +157,7 @@ impl Lattice {
             kernel,
             extent,
             reconstruction,
+            limits,
             values: stored,
             bias,
             dims,
@@ -177,8 +181,8 @@ impl Lattice {
     /// Whether it is of a volume in a mode.
     pub(super) fn is_of(&self, volume: &Arc<ScalarVolume>, mode: &SplatSettings) -> bool {
         Arc::ptr_eq(&self.source, volume)
-            && (self.kernel, self.extent, self.reconstruction)
-                == (mode.kernel, mode.extent, mode.reconstruction)
+            && (self.kernel, self.extent, self.reconstruction, self.limits)
+                == (mode.kernel, mode.extent, mode.reconstruction, mode.limits())
     }
 
     /// How its values are found.
