@@ -75,7 +75,8 @@ fn rays(size: [u32; 2], shrink: f64) -> f64 {
 }
 
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and
-/// look alike: the tents nearest to it, or tents through means. A smooth field is not like them, nor are products of
+/// look alike: the tents nearest to it, or tents through means; or the functions that matter most, where those are asked for. A
+/// smooth field is not like them, nor are products of
 /// another than their natural width; but where samples are shaded first it is the only one that can be lit.
 pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
     let splat = plan.mode;
@@ -92,6 +93,10 @@ pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
             splat.reconstruction == Reconstruction::Interpolating
         }
     };
+    if let Some(functions) = splat.quick_limits().filter(|_| plan.reconstructs()) {
+        let slabs_per_voxel = splat.slabs_per_voxel.min(1.0);
+        return Some(SplatSettings { functions, slabs_per_voxel, ..splat });
+    }
     let tents = SplatSettings {
         kernel: Kernel::Linear,
         extent: None,
@@ -194,7 +199,8 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
         let Some(mode) = preview_mode(plan) else { return Ok(()) };
-        if self.is_native() && level(plan.frame.lattice.dims) > 0 {
+        let is_of_means = mode.kernel == Kernel::Linear && level(plan.frame.lattice.dims) > 0;
+        if self.is_native() && is_of_means {
             // The native engine draws no means yet: quick pictures of large volumes are of their own field.
             return Ok(());
         }
