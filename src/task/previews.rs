@@ -502,6 +502,24 @@ mod tests {
     }
 
     #[test]
+    fn functions_are_previewed_by_tents_unless_fewer_functions_are_asked_for() {
+        let all = SplatSettings { kernel: Kernel::Functions, ..SplatSettings::EXACT };
+        let preview = |splat: SplatSettings| {
+            let found = preview_mode(&Plan::of(&Scene { splat, ..scene([4; 3]) }, [8, 8]));
+            found.map(|splat| (splat.kernel, splat.limits().max_rms))
+        };
+        assert_eq!(preview(all), Some((Kernel::Linear, 0.0)));
+        let quick = SplatSettings { quick_functions: Some(2.0), ..all };
+        assert_eq!(preview(quick), Some((Kernel::Functions, 2.0)));
+        // Nobody chose quick pictures to be nearer than finished ones.
+        let functions = crate::rbf::Limits { max_rms: 3.0, ..all.functions };
+        let fewer = SplatSettings { functions, ..quick };
+        assert_eq!(preview(fewer), Some((Kernel::Functions, 3.0)));
+        let samples = SplatSettings { kernel: Kernel::BSpline, ..quick };
+        assert_eq!(preview(samples), Some((Kernel::Linear, 0.0)));
+    }
+
+    #[test]
     fn tents_are_previewed_by_tents_only_where_those_are_fewer() {
         let linear = SplatSettings { kernel: Kernel::Linear, ..SplatSettings::EXACT };
         assert_eq!(

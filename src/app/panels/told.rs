@@ -362,7 +362,7 @@ fn counts_words(report: &FrameReport) -> String {
         None => {}
     }
     if let Some((kernel, count)) = report.own_kernels {
-        let left_out = report.left_out.unwrap_or_default();
+        let left_out = report.left_out_functions.unwrap_or_default();
         let quick = match report.left_out_of_quick {
             Some((number, rms)) => format!(
                 "{} of them (off by {}, rms), or of all",
@@ -595,7 +595,7 @@ mod tests {
         let mut few = shown(LevelOfDetail::FULL, SplatSettings::FUNCTIONS);
         few.report.own_kernels = Some((Kernel::Functions, 812));
         assert!(counts_words(&few.report).starts_with("812 basis functions, summed up"));
-        few.report.left_out = Some((412, 0.25));
+        few.report.left_out_functions = Some((412, 0.25));
         let told = counts_words(&few.report);
         assert!(told.starts_with("400 basis functions"), "{told}");
         assert!(told.ends_with(" samples"), "{told}");

@@ -518,7 +518,7 @@ pub(super) fn picture(
         vector_splats: (!scene.shows_field()).then_some(drawn.kernels),
         own_kernels: scene.own_kernels().filter(|_| scene.shows_field()),
         left_out_of_quick: scene.left_out_of_quick().filter(|_| scene.shows_field()),
-        left_out: scene.left_out_functions().filter(|_| scene.shows_field()),
+        left_out_functions: scene.left_out_functions().filter(|_| scene.shows_field()),
         progress,
         ..FrameReport::last(level, total, Backend::Raster, drawn.wall_ms)
     };
