@@ -166,10 +166,13 @@ fn wrong_usage_exits_with_2() {
         (&["--kernel", "gouraud", "--backend", "tiles"], &["--kernel gouraud", "--backend tiles"]),
         (&["--kernel", "gouraud", "--classify", "after"], &["--kernel gouraud", "after"]),
         (&["--kernel", "cubic", "--gouraud-rings", "3"], &["--gouraud-rings", "--kernel cubic"]),
-        (&["--functions-per-cell", "0"], &["--functions-per-cell", "1 to 65536", "0"]),
-        (&["--functions-per-cell", "65537"], &["--functions-per-cell", "1 to 65536", "65537"]),
-        (&["--no-cell-correction"], &["--functions-per-cell"]),
-        (&["--functions-error", "-1"], &["--functions-error", "at least 0", "-1"]),
+        (&["--functions-per-cell", "0"], &["--functions-per-cell between 1 and 65536", "found 0"]),
+        (
+            &["--functions-per-cell", "65537"],
+            &["--functions-per-cell between 1 and", "found 65537"],
+        ),
+        (&["--no-cell-correction"], &["--functions-per-cell with --no-cell-correction"]),
+        (&["--functions-error", "-1"], &["--functions-error of 0 or more", "found -1"]),
         (
             &["--functions-per-cell", "9", "--kernel", "linear"],
             &["--functions-per-cell with --kernel functions", "--kernel linear"],

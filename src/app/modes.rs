@@ -78,14 +78,17 @@ fn usual_order(visibility: Visibility) -> Order {
 }
 
 /// `mode` for the data of `now`: the unit distance belongs to the data, not to the mode, and how octree
-/// cuts are fitted to neither.
+/// cuts are fitted, and what else quick pictures are of, to neither.
 pub fn with_unit_distance_of(mode: SplatSettings, now: &SplatSettings) -> SplatSettings {
-    SplatSettings { opacity_unit_distance: now.opacity_unit_distance, cut: now.cut, ..mode }
+    let SplatSettings { opacity_unit_distance, cut, quick_functions, .. } = *now;
+    SplatSettings { opacity_unit_distance, cut, quick_functions, ..mode }
 }
 
-/// Whether two settings are the same mode, whatever the unit distance and the octree cuts.
+/// Whether two settings are the same mode, whatever the unit distance, the octree cuts and, where no functions are drawn, the
+/// limits of these.
 pub fn same_mode(a: &SplatSettings, b: &SplatSettings) -> bool {
-    with_unit_distance_of(*a, b) == *b
+    let functions = if a.limits() == b.limits() { b.functions } else { a.functions };
+    with_unit_distance_of(SplatSettings { functions, ..*a }, b) == *b
 }
 
 /// What the side panel's section of the mode is called: cells and points that are drawn as they are are no splats.
@@ -244,6 +247,9 @@ mod tests {
         );
         let after = changed(&few, ModeChoice { classify: Some(Classify::After), ..none() });
         assert_eq!(after.functions, LIMITS);
+        let samples = changed(&few, ModeChoice { kernel: Some(Kernel::BSpline), ..none() });
+        assert!(samples.functions == LIMITS && same_mode(&samples, &SplatSettings::EXACT));
+        assert!(!same_mode(&few, &SplatSettings::FUNCTIONS));
         let mean = changed(&few, ModeChoice { classify: Some(Classify::Mean), ..none() });
         assert_eq!(mean.functions, Limits { per_cell: None, ..LIMITS });
     }

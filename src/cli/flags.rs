@@ -356,15 +356,15 @@ pub struct ModeFlags {
     #[arg(long, value_name = "N")]
     pub gouraud_rings: Option<u32>,
     /// Basis functions that each cell of their lists keeps at most, those that are greatest in it [default: all that reach it]
-    #[arg(long, value_name = "N", value_parser = values::functions_per_cell, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N")]
     pub functions_per_cell: Option<u32>,
     /// With --functions-per-cell: add nothing for the functions that a cell leaves out, rather than what is interpolated
     /// between its corners
-    #[arg(long, requires = "functions_per_cell")]
+    #[arg(long)]
     pub no_cell_correction: bool,
     /// Leave out the least basis functions as long as the field is off by no more than E, rms, in the units of values; 0
     /// keeps all [default: 0]
-    #[arg(long, value_name = "E", value_parser = values::functions_error, allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", value_parser = values::number, allow_hyphen_values = true)]
     pub functions_error: Option<f64>,
     /// With --refine coarse: quick pictures of basis functions, without the least as by --functions-error E, rather than of
     /// linear kernels through their samples, wherever these are drawn less small
@@ -424,7 +424,7 @@ impl ModeFlags {
             gouraud_angles,
             gouraud_rings,
             functions_per_cell,
-            // It says nothing without that.
+            // It is refused without that.
             no_cell_correction: _,
             functions_error,
             quick_functions_error,
@@ -449,7 +449,9 @@ impl ModeFlags {
 
     /// What of the basis functions they leave out, if they say so.
     fn limits(&self) -> Option<Limits> {
-        let is_given = self.functions_per_cell.is_some() || self.functions_error.is_some();
+        let is_given = self.functions_per_cell.is_some()
+            || self.no_cell_correction
+            || self.functions_error.is_some();
         is_given.then(|| Limits {
             per_cell: self.functions_per_cell,
             corrects: !self.no_cell_correction,

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
-use crate::rbf::{Basis, Limits};
+use crate::rbf::Basis;
 use crate::scene::{
     AlongRay, Annotation, Annotations, Backend, Classify, ErrorMeasure, Index,
     MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction, ShadingPreset, UpAxis, Visibility,
@@ -103,18 +103,6 @@ pub(super) fn inner_share(text: &str) -> Parsed<f64> {
 
 pub(super) fn sheets(text: &str) -> Parsed<u32> {
     small(text, 1..=MOST_SHEETS_PER_KERNEL)
-}
-
-pub(super) fn functions_per_cell(text: &str) -> Parsed<u32> {
-    small(text, Limits::PER_CELL)
-}
-
-/// How far a field may be off, which may be not at all.
-pub(super) fn functions_error(text: &str) -> Parsed<f64> {
-    match number(text)? {
-        value if value >= 0.0 => Ok(value),
-        _ => Err(format!("expected a number of at least 0, found {}", found(text))),
-    }
 }
 
 pub(super) fn component(text: &str) -> Parsed<Component> {

@@ -132,6 +132,13 @@ impl ModeChoice {
             }
         }
         let limits = self.functions.unwrap_or_default();
+        if !limits.corrects && limits.per_cell.is_none() {
+            return Err(ModeError {
+                expected: "--functions-per-cell with --no-cell-correction",
+                found: "--no-cell-correction alone".to_owned(),
+                advice: "add --functions-per-cell, or leave --no-cell-correction out",
+            });
+        }
         for (is_given, expected, advice) in [
             (
                 limits.per_cell.is_some(),
