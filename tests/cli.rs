@@ -186,6 +186,29 @@ fn wrong_usage_exits_with_2() {
         (&["--kernel", "gouraud", "--backend", "tiles"], &["--kernel gouraud", "--backend tiles"]),
         (&["--kernel", "gouraud", "--classify", "after"], &["--kernel gouraud", "after"]),
         (&["--kernel", "cubic", "--gouraud-rings", "3"], &["--gouraud-rings", "--kernel cubic"]),
+        (&["--functions-per-cell", "0"], &["--functions-per-cell between 1 and 65536", "found 0"]),
+        (
+            &["--functions-per-cell", "65537"],
+            &["--functions-per-cell between 1 and", "found 65537"],
+        ),
+        (&["--no-cell-correction"], &["--functions-per-cell with --no-cell-correction"]),
+        (&["--functions-error", "-1"], &["--functions-error of 0 or more", "found -1"]),
+        (
+            &["--functions-per-cell", "9", "--kernel", "linear"],
+            &["--functions-per-cell with --kernel functions", "--kernel linear"],
+        ),
+        (
+            &["--functions-error", "2", "--kernel", "linear"],
+            &["--functions-error with --kernel functions", "--kernel linear"],
+        ),
+        (
+            &["--functions-per-cell", "9", "--classify", "mean"],
+            &["--functions-per-cell", "--classify mean"],
+        ),
+        (
+            &["--quick-functions-error", "2"],
+            &["--quick-functions-error with --refine coarse", "found no --refine"],
+        ),
         (&["--cut-error", "scalar"], &["--cut-error", "--refine coarse"]),
         (&["--cut-weighting", "view"], &["--cut-weighting", "--refine coarse"]),
         (&["--cut-balanced", "--refine", "converged"], &["--cut-balanced", "--refine coarse"]),
@@ -1323,6 +1346,32 @@ fn an_encoding_is_drawn_by_its_functions_unless_flags_ask_for_samples() {
     assert_eq!(mode_of(&["--classify", "after"]), ("functions".into(), "after".into()));
     assert_eq!(mode_of(&["--kernel", "bspline"]).0, "bspline");
     assert_eq!(mode_of(&["--visibility", "sheets"]).0, "cubic");
+    // What of them is left out is told, and may be nothing.
+    let left_out = |flags: &[&str]| {
+        let (code, said, picture) = picture(&encoded, "p.exr", flags);
+        assert_eq!(code, Some(0), "{said}");
+        let told: Value =
+            serde_json::from_slice(&std::fs::read(&stats).expect("stats")).expect("JSON");
+        assert_eq!(told["mode"]["kernel"], "functions");
+        let count = |name: &str| told[name].as_u64().expect("a number");
+        let [drawn, all] = [count("kernels_drawn"), count("kernels_total")];
+        (told["functions_left_out"].clone(), all - drawn, std::fs::read(picture).expect("an EXR"))
+    };
+    let (none, zero, whole) = left_out(&[]);
+    assert!(none.is_null() && zero == 0);
+    let (none, zero, same) = left_out(&["--functions-error", "0"]);
+    assert!(none.is_null() && zero == 0 && same == whole);
+    let (few, count, other) = left_out(&["--functions-error", "1e6"]);
+    assert_eq!(few["count"].as_u64(), Some(count));
+    assert!(count > 0 && few["rms"].as_f64() > Some(0.0) && other != whole, "{few}");
+    let (_, _, all) = left_out(&["--functions-per-cell", "65536"]);
+    assert!(all == whole);
+    let [one, plain] = [&[][..], &["--no-cell-correction"]]
+        .map(|more| left_out(&[&["--functions-per-cell", "1"], more].concat()).2);
+    assert!(one != whole && plain != whole && one != plain);
+    // Quick pictures may be of fewer, too.
+    let quick = ["--refine", "coarse", "--budget-ms", "5", "--quick-functions-error", "0.1"];
+    assert_eq!(mode_of(&quick).0, "functions");
     // Those of samples are of a file that has none.
     let (code, said, _) = picture("demo:blobs:16", "q.exr", &["--kernel", "functions"]);
     assert_eq!(code, Some(1), "{said}");

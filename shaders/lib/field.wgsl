@@ -27,6 +27,8 @@ override format: u32 = 0u;
 override one_chunk: bool = true;
 // Basis functions are 1/sqrt(1 + r^2) rather than exp(-r^2/2).
 override multiquadric: bool = false;
+// Something is added for basis functions that cells leave out.
+override adds_left_out: bool = false;
 
 fn word(index: u32) -> u32 {
     if one_chunk {
@@ -191,7 +193,7 @@ fn nearest(position: vec3<f32>) -> vec3<i32> {
 }
 
 // Basis functions are stored as `gpu::functions` writes them: words 0 and 1 say where the lists and the functions begin,
-// then come the beginnings of the cells' lists.
+// then come the beginnings of the cells' lists, and what is added at the corners of each cell, if anything is.
 struct Summand {
     centre: vec3<f32>,
     // What takes an offset to one in widths.
@@ -243,10 +245,32 @@ fn basis_of(square: f32) -> f32 {
     return exp(-0.5 * square);
 }
 
+// What is added at a position for the functions that its cell leaves out: linear along each axis between the cell's corners; and
+// its growth per index.
+fn added_at(position: vec3<f32>, cell: vec3<u32>) -> vec4<f32> {
+    let cells = cells_along();
+    let at = 3u + cells.x * cells.y * cells.z + 8u * ((cell.z * cells.y + cell.y) * cells.x + cell.x);
+    let part = (position + 0.5) / edge_of_cells() - vec3<f32>(cell);
+    // Along x: both ends of four edges.
+    let low = vec4<f32>(number(at), number(at + 2u), number(at + 4u), number(at + 6u));
+    let high = vec4<f32>(number(at + 1u), number(at + 3u), number(at + 5u), number(at + 7u));
+    let along = mix(low, high, part.x);
+    let near_far = mix(along.xz, along.yw, part.y);
+    let slopes = mix((high - low).xz, (high - low).yw, part.y);
+    let across = along.yw - along.xz;
+    let growth = vec3<f32>(
+        mix(slopes.x, slopes.y, part.z),
+        mix(across.x, across.y, part.z),
+        near_far.y - near_far.x,
+    );
+    return vec4<f32>(growth / edge_of_cells(), mix(near_far.x, near_far.y, part.z));
+}
+
 // The sum of the functions at a position, and its growth per index; of ellipsoids the mean of their weights, which is nothing
 // where none reaches.
 fn sum_of_functions(position: vec3<f32>) -> vec4<f32> {
-    let entries = entries_of(cell_of(position));
+    let cell = cell_of(position);
+    let entries = entries_of(cell);
     var sum = vec4<f32>(0.0);
     var total = vec4<f32>(0.0);
     for (var i = entries.x; i < entries.y; i++) {
@@ -270,6 +294,9 @@ fn sum_of_functions(position: vec3<f32>) -> vec4<f32> {
         }
         let mean = sum.w / total.w;
         return vec4<f32>((sum.xyz - mean * total.xyz) / total.w, mean);
+    }
+    if adds_left_out {
+        sum += added_at(position, cell);
     }
     return sum;
 }

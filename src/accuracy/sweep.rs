@@ -70,6 +70,10 @@ pub fn mode_words(splat: &SplatSettings) -> String {
         false => splat.kernel.name().to_owned(),
     });
     words.extend(splat.extent.map(|extent| format!("extent {extent}")));
+    let limits = splat.limits();
+    let corrected = if limits.corrects { "" } else { " uncorrected" };
+    words.extend(limits.per_cell.map(|most| format!("{most} functions a cell{corrected}")));
+    words.extend((limits.max_rms > 0.0).then(|| format!("functions to {}", limits.max_rms)));
     if splat.visibility == Visibility::Slabs {
         words.push(splat.classify.name().to_owned());
     }

@@ -3,6 +3,7 @@
 use super::panels::SPLATS;
 use super::words;
 use crate::kernel::{Kernel, Subdivisions};
+use crate::rbf::Limits;
 use crate::scene::{
     Backend, Classify, ModeChoice, Order, Reconstruction, SplatSettings, Visibility,
 };
@@ -31,6 +32,11 @@ pub fn changed(now: &SplatSettings, chosen: ModeChoice) -> SplatSettings {
     keep(&mut choice, |c| c.visibility = c.visibility.or(Some(now.visibility)));
     keep(&mut choice, |c| c.classify = c.classify.or(Some(now.classify)));
     keep(&mut choice, |c| c.kernel = c.kernel.or(Some(now.kernel)));
+    keep(&mut choice, |c| c.functions = c.functions.or(Some(now.functions)));
+    // What is left out everywhere goes with means of slabs, too.
+    let everywhere = Limits { per_cell: None, ..now.functions };
+    keep(&mut choice, |c| c.functions = c.functions.or(Some(everywhere)));
+    keep(&mut choice, |c| c.quick_functions = c.quick_functions.or(now.quick_functions));
     keep(&mut choice, |c| c.reconstruction = c.reconstruction.or(Some(now.reconstruction)));
     keep(&mut choice, |c| c.extent = c.extent.or(now.extent));
     keep(&mut choice, |c| c.backend = c.backend.or(Some(now.backend)));
@@ -72,14 +78,17 @@ fn usual_order(visibility: Visibility) -> Order {
 }
 
 /// `mode` for the data of `now`: the unit distance belongs to the data, not to the mode, and how octree
-/// cuts are fitted to neither.
+/// cuts are fitted, and what else quick pictures are of, to neither.
 pub fn with_unit_distance_of(mode: SplatSettings, now: &SplatSettings) -> SplatSettings {
-    SplatSettings { opacity_unit_distance: now.opacity_unit_distance, cut: now.cut, ..mode }
+    let SplatSettings { opacity_unit_distance, cut, quick_functions, .. } = *now;
+    SplatSettings { opacity_unit_distance, cut, quick_functions, ..mode }
 }
 
-/// Whether two settings are the same mode, whatever the unit distance and the octree cuts.
+/// Whether two settings are the same mode, whatever the unit distance, the octree cuts and, where no functions are drawn, the
+/// limits of these.
 pub fn same_mode(a: &SplatSettings, b: &SplatSettings) -> bool {
-    with_unit_distance_of(*a, b) == *b
+    let functions = if a.limits() == b.limits() { b.functions } else { a.functions };
+    with_unit_distance_of(SplatSettings { functions, ..*a }, b) == *b
 }
 
 /// What the side panel's section of the mode is called: cells and points that are drawn as they are are no splats.
@@ -134,6 +143,14 @@ pub fn name(settings: &SplatSettings) -> String {
     if let Some(extent) = settings.extent {
         parts.push(format!("radius {}", words::value(extent)));
     }
+    let Limits { per_cell, corrects, max_rms } = settings.limits();
+    if let Some(most) = per_cell {
+        let corrected = if corrects { "" } else { " uncorrected" };
+        parts.push(format!("{most} functions a cell{corrected}"));
+    }
+    if max_rms > 0.0 {
+        parts.push(format!("functions to {}", words::value(max_rms)));
+    }
     parts.join(", ")
 }
 
@@ -148,6 +165,8 @@ pub fn slabs(per_voxel: f64, is_of_samples: bool) -> String {
 mod tests {
     use super::*;
     use crate::scene::OpacityModel;
+
+    const LIMITS: Limits = Limits { per_cell: Some(9), corrects: true, max_rms: 0.25 };
 
     /// Settings of every kind that mean something, reached by a walk of choices.
     fn some_settings() -> Vec<SplatSettings> {
@@ -178,6 +197,7 @@ mod tests {
         all.push(ModeChoice { sheets_per_kernel: Some(5), ..none });
         all.push(ModeChoice { gouraud_angles: Some(7), ..none });
         all.push(ModeChoice { gouraud_rings: Some(2), ..none });
+        all.push(ModeChoice { functions: Some(LIMITS), ..none });
         all
     }
 
@@ -202,6 +222,7 @@ mod tests {
                 let (angles, rings) = (choice.gouraud_angles, choice.gouraud_rings);
                 assert!(angles.is_none_or(|n| n == then.gouraud.angles), "{case}");
                 assert!(rings.is_none_or(|n| n == then.gouraud.rings), "{case}");
+                assert!(choice.functions.is_none_or(|f| f == then.functions), "{case}");
             }
         }
     }
@@ -215,6 +236,22 @@ mod tests {
         assert_eq!(changed(&exact, published).slabs_per_voxel, 4.0);
         let unit = SplatSettings { opacity_unit_distance: Some(3.0), ..exact };
         assert_eq!(changed(&unit, published).opacity_unit_distance, Some(3.0));
+    }
+
+    #[test]
+    fn limits_of_functions_stay_but_for_that_of_cells_where_means_of_slabs_are_chosen() {
+        let few = SplatSettings { functions: LIMITS, ..SplatSettings::FUNCTIONS };
+        assert_eq!(
+            name(&few),
+            "Basis functions, pre-integrated, 1 slab a sample, 9 functions a cell, functions to 0.25"
+        );
+        let after = changed(&few, ModeChoice { classify: Some(Classify::After), ..none() });
+        assert_eq!(after.functions, LIMITS);
+        let samples = changed(&few, ModeChoice { kernel: Some(Kernel::BSpline), ..none() });
+        assert!(samples.functions == LIMITS && same_mode(&samples, &SplatSettings::EXACT));
+        assert!(!same_mode(&few, &SplatSettings::FUNCTIONS));
+        let mean = changed(&few, ModeChoice { classify: Some(Classify::Mean), ..none() });
+        assert_eq!(mean.functions, Limits { per_cell: None, ..LIMITS });
     }
 
     #[test]

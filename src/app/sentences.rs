@@ -1,16 +1,19 @@
 //! Sentences of the rooms below, as the window says them: these speak of flags, which it has none of.
 
 /// What flags are called in the window, where that is not their name in plain words.
-const NAMES: [(&str, &str); 14] = [
+const NAMES: [(&str, &str); 17] = [
     ("backend", "Back end"),
     ("classify", "Colouring"),
     ("extent", "Extent"),
+    ("functions-error", "Leave out"),
+    ("functions-per-cell", "Per cell"),
     ("gouraud-angles", "Mesh angles"),
     ("gouraud-rings", "Mesh rings"),
     ("kernel", "Kernel"),
     ("opacity-model", "Opacity"),
     ("order", "Order"),
     ("projection", "Rendering"),
+    ("quick-functions-error", "While moving"),
     ("reconstruction", "Reconstruction"),
     ("sheets-per-kernel", "Sheets"),
     ("slabs-per-voxel", "Slabs"),

@@ -16,6 +16,7 @@ use super::vectors::VectorFlags;
 use crate::core::Srgb8;
 use crate::io::Endian;
 use crate::kernel::Kernel;
+use crate::rbf::Limits;
 use crate::scene::{
     Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel,
     Order, Reconstruction, SplatSettings, UpAxis, Visibility,
@@ -354,6 +355,21 @@ pub struct ModeFlags {
     /// Rings of corners of a splat, with --kernel gouraud [default: 4]
     #[arg(long, value_name = "N")]
     pub gouraud_rings: Option<u32>,
+    /// Basis functions that each cell of their lists keeps at most, those that are greatest in it [default: all that reach it]
+    #[arg(long, value_name = "N")]
+    pub functions_per_cell: Option<u32>,
+    /// With --functions-per-cell: add nothing for the functions that a cell leaves out, rather than what is interpolated
+    /// between its corners
+    #[arg(long)]
+    pub no_cell_correction: bool,
+    /// Leave out the least basis functions as long as the field is off by no more than E, rms, in the units of values; 0
+    /// keeps all [default: 0]
+    #[arg(long, value_name = "E", value_parser = values::number, allow_hyphen_values = true)]
+    pub functions_error: Option<f64>,
+    /// With --refine coarse: quick pictures of basis functions, without the least as by --functions-error E, rather than of
+    /// linear kernels through their samples, wherever these are drawn less small
+    #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
+    pub quick_functions_error: Option<f64>,
     /// World length over which opacities are given [default: the smallest voxel spacing]
     #[arg(long, value_name = "D", value_parser = values::positive, allow_hyphen_values = true)]
     pub opacity_unit_distance: Option<f64>,
@@ -384,6 +400,9 @@ impl ModeFlags {
             ("--backend", self.backend.is_some()),
             ("--gouraud-angles", self.gouraud_angles.is_some()),
             ("--gouraud-rings", self.gouraud_rings.is_some()),
+            ("--functions-per-cell", self.functions_per_cell.is_some()),
+            ("--functions-error", self.functions_error.is_some()),
+            ("--quick-functions-error", self.quick_functions_error.is_some()),
         ]
         .into_iter()
         .find_map(|(flag, given)| given.then_some(flag))
@@ -404,6 +423,11 @@ impl ModeFlags {
             backend,
             gouraud_angles,
             gouraud_rings,
+            functions_per_cell,
+            // It is refused without that.
+            no_cell_correction: _,
+            functions_error,
+            quick_functions_error,
             opacity_unit_distance: _,
         } = self;
         kernel.is_some()
@@ -418,6 +442,21 @@ impl ModeFlags {
             || backend.is_some()
             || gouraud_angles.is_some()
             || gouraud_rings.is_some()
+            || functions_per_cell.is_some()
+            || functions_error.is_some()
+            || quick_functions_error.is_some()
+    }
+
+    /// What of the basis functions they leave out, if they say so.
+    fn limits(&self) -> Option<Limits> {
+        let is_given = self.functions_per_cell.is_some()
+            || self.no_cell_correction
+            || self.functions_error.is_some();
+        is_given.then(|| Limits {
+            per_cell: self.functions_per_cell,
+            corrects: !self.no_cell_correction,
+            max_rms: self.functions_error.unwrap_or_default(),
+        })
     }
 
     /// The mode that they mean.
@@ -451,6 +490,8 @@ impl ModeFlags {
             gouraud_angles: self.gouraud_angles,
             gouraud_rings: self.gouraud_rings,
             cut: None,
+            functions: self.limits(),
+            quick_functions: self.quick_functions_error,
         }
     }
 }

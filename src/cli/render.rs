@@ -8,7 +8,7 @@ use super::flow::FlowFlags;
 use super::notes::{self, Causes, did_not_converge, is_one_colour, no_room};
 use super::polygons::PolygonFlags;
 use super::progress::Progress;
-use super::stats::{Stats, asked_of};
+use super::stats::{LeftOutRow, Stats, asked_of};
 use super::vectors::{VectorFlags, Vectors};
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
@@ -100,6 +100,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let has_vectors = !scene.vectors().is_empty();
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.own_kernels().map_or(scene.voxel_count(), |(_, count)| count);
+    let kernels_total = (kernels_total, LeftOutRow::of(&scene));
     let engine = Engine::start(flags.engine.choice()?, || ());
     let view = View::new(&scene, flags.resolution);
     let annotated = flags.annotations.map(|annotations| {
@@ -476,6 +477,13 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
         return Err(Failure::Usage(format!(
             "expected {cut_flags} with --refine coarse, found a picture of every voxel, in which there \
              is no cut; add --refine coarse, or leave {cut_flags} out"
+        )));
+    }
+    if flags.mode.quick_functions_error.is_some() && flags.refine != Some(RefineFlag::Coarse) {
+        return Err(Failure::Usage(format!(
+            "expected --quick-functions-error with --refine coarse, found {}; add --refine coarse, or choose \
+             --functions-error",
+            RefineFlag::found(flags.refine)
         )));
     }
     match (flags.refine.unwrap_or(RefineFlag::Full), flags.budget_ms, flags.max_error) {

@@ -29,6 +29,8 @@ pub(super) struct Stats<'a> {
     kernels_total: u64,
     kernels_active: u64,
     kernels_drawn: u64,
+    /// Of basis functions, what is left out of them everywhere; null where none may be.
+    functions_left_out: Option<LeftOutRow>,
     octree_nodes: u64,
     /// Of a cut of the field: how many levels its bricks are of.
     octree_levels: Option<usize>,
@@ -72,6 +74,21 @@ pub(super) struct Stats<'a> {
     capped_sums: u64,
     /// Transfer table entries whose opacity was lowered to the transmittance floor.
     capped_opacities: usize,
+}
+
+/// Functions that a picture does without.
+#[derive(Debug, Serialize)]
+pub(super) struct LeftOutRow {
+    count: u64,
+    /// What they are thought to be over the box of the encoding, in the units of values.
+    rms: f64,
+}
+
+impl LeftOutRow {
+    pub(super) fn of(scene: &Scene) -> Option<Self> {
+        let (count, rms) = scene.left_out_functions()?;
+        Some(Self { count, rms })
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -124,7 +141,7 @@ impl<'a> Stats<'a> {
         mode: SplatSettings,
         (asked, effects): (Vec<(Effect, String)>, &[Effect]),
         refine: Refine,
-        kernels_total: u64,
+        (kernels_total, functions_left_out): (u64, Option<LeftOutRow>),
         load_ms: f64,
     ) -> Self {
         let row = |asked: (Effect, String)| {
@@ -143,6 +160,7 @@ impl<'a> Stats<'a> {
             kernels_total,
             kernels_active: still.kernels_active,
             kernels_drawn: still.drawn.kernels,
+            functions_left_out,
             octree_nodes: still.drawn.cut.map_or(still.drawn.nodes, |cut| cut.nodes()),
             octree_levels: still.drawn.cut.map(|cut| cut.levels()),
             octree_error: still.drawn.cut.map_or(still.drawn.max_error, |cut| cut.max_error),

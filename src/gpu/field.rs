@@ -10,7 +10,7 @@ use crate::cells::On;
 use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{EMPTY_BRICK, distances, widen};
 use crate::kernel::{BOUND_BRICK, Bounds, Coefficients, Kernel, Weighs, mirrored};
-use crate::rbf::{Basis, Blend, Listed};
+use crate::rbf::{Basis, Blend, Limits};
 use crate::transfer::Cumulative;
 use crate::volume::{Lattice, ScalarType, ScalarVolume};
 
@@ -42,6 +42,9 @@ pub(super) struct DeviceField {
     /// Of basis functions, which stand in the place of coefficients: samples along the edge of a cell, and what they look
     /// like.
     pub functions: Option<(usize, Basis)>,
+    /// What of them is left out, and whether anything is added for it.
+    pub limits: Limits,
+    pub adds_left_out: bool,
     /// It is of cells with values on their points, which may jump where cells overlap.
     pub may_jump: bool,
     pub chunks: Vec<wgpu::Buffer>,
@@ -74,7 +77,7 @@ impl DeviceField {
     pub(super) fn upload(
         context: &Context,
         volume: &ScalarVolume,
-        kernel: Kernel,
+        (kernel, limits): (Kernel, Limits),
         extent: Option<f64>,
         coefficients: Coefficients,
         ticket: &Ticket,
@@ -87,7 +90,7 @@ impl DeviceField {
                 let Lattice { origin, .. } = volume.lattice;
                 let space = (dims, volume.lattice.axes(), origin);
                 let listed =
-                    Listed::new(&encoding, space, ticket).map_err(|_| GpuError::Cancelled)?;
+                    limits.listed(&encoding, space, ticket).map_err(|_| GpuError::Cancelled)?;
                 match listed.blend {
                     Blend::Sum => values = functions::sums(&listed, ticket)?,
                     // Samples beside all of them are nowhere.
@@ -225,9 +228,12 @@ impl DeviceField {
             let by = (bias, BOUNDED_REACH as f64);
             cells::bound(&mut bounds, (field, listed), by, NOTHING, ticket)?;
         }
+        let left_out = listed.as_ref().and_then(|listed| listed.left_out.as_ref());
         Ok(Self {
             kernel,
             extent,
+            limits,
+            adds_left_out: left_out.is_some_and(|left_out| !left_out.corners.is_empty()),
             functions: listed.map(|listed| (listed.edge, listed.basis)),
             may_jump: cells.is_some_and(|field| field.on() == On::Points),
             chunks,

@@ -12,11 +12,12 @@ use glam::DVec3;
 /// Words before the lists: where these and the functions begin.
 const HEAD: usize = 2;
 
-/// Functions as words: where the lists and the functions begin; where the list of each cell begins, and the last ends;
-/// the lists; of each function its centre, the upper triangle of its shape by rows, its weight and its reach.
+/// Functions as words: where the lists and the functions begin; where the list of each cell begins, and the last ends; where
+/// something is added for functions that cells leave out, that at the corners of each; the lists; of each function its centre, the upper triangle of its shape by rows, its weight and its reach.
 pub(super) fn words(listed: &Listed) -> Vec<u32> {
     let Listed { starts, lists, functions, reaches, .. } = listed;
-    let lists_at = HEAD + starts.len();
+    let corners = listed.left_out.as_ref().map_or(&[][..], |left_out| &left_out.corners);
+    let lists_at = HEAD + starts.len() + corners.as_flattened().len();
     let functions_at = lists_at + lists.len();
     #[expect(
         clippy::cast_possible_truncation,
@@ -32,8 +33,11 @@ pub(super) fn words(listed: &Listed) -> Vec<u32> {
             .map(|number| (number as f32).to_bits());
         record
     });
+    #[expect(clippy::cast_possible_truncation, reason = "shaders have 32 bits")]
+    let corners = corners.as_flattened().iter().map(|value| (*value as f32).to_bits());
     head.into_iter()
         .chain(starts.iter().copied())
+        .chain(corners)
         .chain(lists.iter().copied())
         .chain(records)
         .collect()

@@ -150,7 +150,9 @@ impl SlabPass {
         let same = self.source.as_ref().is_some_and(|held| Arc::ptr_eq(held, volume));
         same && self.interpolating == is_interpolating(settings)
             && self.field.as_ref().is_some_and(|field| {
-                field.kernel == settings.kernel && field.extent == settings.extent
+                field.kernel == settings.kernel
+                    && field.extent == settings.extent
+                    && field.limits == settings.limits()
             })
     }
 
@@ -175,6 +177,7 @@ impl SlabPass {
     ) -> Result<(), GpuError> {
         self.clear();
         let SplatSettings { kernel, extent, .. } = *settings;
+        let kernel = (kernel, settings.limits());
         let field = DeviceField::upload(context, volume, kernel, extent, coefficients, ticket)?;
         self.field = Some(field);
         self.source = Some(Arc::clone(volume));
@@ -388,6 +391,9 @@ impl SlabPass {
             ("published", flag(settings.opacity_model == OpacityModel::Published)),
             ("back_to_front", flag(settings.order == Order::BackToFront)),
         ];
+        if field.adds_left_out {
+            constants.push(("adds_left_out", 1.0));
+        }
         constants.extend(looks.inside.constants());
         if looks.inside.levels > 0 && field.may_jump {
             constants.push(("may_jump", 1.0));

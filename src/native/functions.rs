@@ -9,7 +9,7 @@ use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose, exponential};
 use super::lattice::NOTHING;
 use crate::core::{Cancelled, Ticket, mapped};
 use crate::kernel::Bounds;
-use crate::rbf::{Basis, Blend, Encoding, Function, Listed};
+use crate::rbf::{Basis, Blend, Encoding, Function, LeftOut, Limits, Listed};
 use crate::volume::Lattice;
 
 /// Functions between two looks at the ticket.
@@ -71,19 +71,23 @@ pub(super) fn basis_of<S: Simd>(simd: S, basis: Basis, square: Lanes<S>) -> Lane
 pub(super) struct Functions {
     pub listed: Listed,
     pub all: Vec<Summand>,
+    /// What is added for functions that each cell leaves out, at its corners, x fastest; empty where nothing is.
+    corners: Vec<[f32; 8]>,
 }
 
 impl Functions {
-    /// Of an encoding, over a lattice.
+    /// Of an encoding less what is left out, over a lattice.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub(super) fn new(
         encoding: &Encoding,
+        limits: &Limits,
         lattice: &Lattice,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let listed = Listed::new(encoding, (lattice.dims, lattice.axes(), lattice.origin), ticket)?;
+        let space = (lattice.dims, lattice.axes(), lattice.origin);
+        let listed = limits.listed(encoding, space, ticket)?;
         #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
         let narrow = |i: usize| {
             let (function, reach): (&Function, f64) = (&listed.functions[i], listed.reaches[i]);
@@ -97,7 +101,15 @@ impl Functions {
             }
         };
         let all = mapped(listed.functions.len(), A_RUN, narrow, ticket)?;
-        Ok(Self { listed, all })
+        let corners = listed.left_out.as_ref().map_or(&[][..], |LeftOut { corners, .. }| corners);
+        #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
+        let corners = corners.iter().map(|values| values.map(|value| value as f32)).collect();
+        Ok(Self { listed, all, corners })
+    }
+
+    /// Whether cells leave functions out, so that what is summed up at a place depends on its cell.
+    pub(super) fn is_limited(&self) -> bool {
+        self.listed.left_out.is_some()
     }
 
     pub(super) fn basis(&self) -> Basis {
@@ -174,7 +186,7 @@ impl Functions {
 
     /// Bytes of memory.
     pub(super) fn size_bytes(&self) -> usize {
-        self.listed.size_bytes() + size_of_val(&self.all[..])
+        self.listed.size_bytes() + size_of_val(&self.all[..]) + size_of_val(&self.corners[..])
     }
 
     #[inline(always)]
@@ -228,7 +240,10 @@ impl Functions {
                 total += phi;
             },
         );
-        if self.is_mean() { mean(simd, sum, total) } else { sum }
+        if self.is_mean() {
+            return mean(simd, sum, total);
+        }
+        if self.corners.is_empty() { sum } else { sum + self.added(simd, place).0 }
     }
 
     /// The values' growth per index at places. Of a sum Σ 2 w φ′(r²) Sᵀ S (x − c), of a mean the same of w − s, by Σ φ.
@@ -266,12 +281,41 @@ impl Functions {
             },
         );
         if !is_mean {
-            return growth;
+            let is_added = !self.corners.is_empty();
+            return if is_added { growth.add(self.added(simd, place).1) } else { growth };
         }
         let is_there = total.simd_gt(zero);
         let share =
             choose(is_there, all(simd, 1.0) / choose(is_there, total, all(simd, 1.0)), zero);
         growth.add(of_total.scaled(-(sum * share))).scaled(share)
+    }
+
+    /// What is added at places for functions that their cells leave out, and how that grows per index.
+    #[inline(always)]
+    fn added<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Lanes<S>, Vec3<S>) {
+        let cells = self.cells_of(simd, place);
+        #[expect(clippy::cast_sign_loss, reason = "clamped")]
+        let corners = cells.map(|cell| self.corners[cell as usize]);
+        let corner = |i: usize| Lanes::load_array(simd, corners.map(|values| values[i]));
+        let scale = 1.0 / self.listed.edge as f32;
+        let part = |p: Lanes<S>, n: usize| {
+            let at = (p + 0.5) * scale;
+            at - at.floor().max(all(simd, 0.0)).min(all(simd, (n - 1) as f32))
+        };
+        let [nx, ny, nz] = self.listed.cells;
+        let (x, y, z) = (part(place.x, nx), part(place.y, ny), part(place.z, nz));
+        let mix = |low: Lanes<S>, high: Lanes<S>, share: Lanes<S>| (high - low).mul_add(share, low);
+        // Along x: both ends of four edges.
+        let edges = [0, 2, 4, 6].map(|i| (corner(i), corner(i + 1)));
+        let on = edges.map(|(low, high)| mix(low, high, x));
+        let slopes = edges.map(|(low, high)| high - low);
+        let (near, far) = (mix(on[0], on[1], y), mix(on[2], on[3], y));
+        let growth = Vec3 {
+            x: mix(mix(slopes[0], slopes[1], y), mix(slopes[2], slopes[3], y), z),
+            y: mix(on[1] - on[0], on[3] - on[2], z),
+            z: far - near,
+        };
+        (mix(near, far, z), growth.scaled(all(simd, scale)))
     }
 
     /// Calls `visit` with each function that reaches any of some places, their offsets in widths, these squared, and which

@@ -11,6 +11,7 @@ use super::own::Own;
 use super::weights::{self, natural};
 use crate::core::{Cancelled, Ticket, mapped};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
+use crate::rbf::Limits;
 use crate::scene::{Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
 
@@ -30,6 +31,7 @@ pub(super) struct Lattice {
     pub kernel: Kernel,
     extent: Option<f64>,
     reconstruction: Reconstruction,
+    limits: Limits,
     values: Vec<f32>,
     /// What is to be added to each value.
     pub bias: f64,
@@ -113,7 +115,8 @@ impl Lattice {
     ) -> Result<Self, Cancelled> {
         let Coefficients { dims, mut values, bias, mut holes, .. } = coefficients;
         let SplatSettings { kernel, extent, reconstruction, .. } = *mode;
-        let own = Own::of(source, kernel, bias, ticket)?;
+        let limits = mode.limits();
+        let own = Own::of(source, (kernel, &limits), bias, ticket)?;
         match &own {
             // They may have been fitted to the samples.
             Some(Own::Functions(functions)) if !functions.is_mean() => {
@@ -157,6 +160,7 @@ impl Lattice {
             kernel,
             extent,
             reconstruction,
+            limits,
             values: stored,
             bias,
             dims,
@@ -180,8 +184,8 @@ impl Lattice {
     /// Whether it is of a volume in a mode.
     pub(super) fn is_of(&self, volume: &Arc<ScalarVolume>, mode: &SplatSettings) -> bool {
         Arc::ptr_eq(&self.source, volume)
-            && (self.kernel, self.extent, self.reconstruction)
-                == (mode.kernel, mode.extent, mode.reconstruction)
+            && (self.kernel, self.extent, self.reconstruction, self.limits)
+                == (mode.kernel, mode.extent, mode.reconstruction, mode.limits())
     }
 
     /// How its values are found.

@@ -12,6 +12,7 @@ use super::sums::{self, Asked, Sums};
 use super::supports::NotBegun;
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::{Bounds, Kernel};
+use crate::rbf::Limits;
 use crate::volume::ScalarVolume;
 
 /// What a field is of.
@@ -83,18 +84,18 @@ pub(super) fn no_border<S: Simd>(simd: S) -> [Lanes<S>; 4] {
 }
 
 impl Own {
-    /// What a kernel asks for of a volume, if it does; values are less `bias`.
+    /// What a kernel asks for of a volume, if it does, less what is left out; values are less `bias`.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub(super) fn of(
         volume: &ScalarVolume,
-        kernel: Kernel,
+        (kernel, limits): (Kernel, &Limits),
         bias: f64,
         ticket: &Ticket,
     ) -> Result<Option<Self>, Cancelled> {
         if let Some(encoding) = kernel.functions_of(volume, ticket)? {
-            let found = Functions::new(&encoding, &volume.lattice, ticket)?;
+            let found = Functions::new(&encoding, limits, &volume.lattice, ticket)?;
             return Ok(Some(Self::Functions(Box::new(found))));
         }
         Ok(match &volume.cells {
@@ -119,6 +120,14 @@ impl Own {
         match self {
             Self::Functions(functions) => functions.bound(bounds, ticket),
             Self::Cells(cells) => cells.bound(bounds, bias, ticket),
+        }
+    }
+
+    /// Whether it lands on the tiles of a picture: what cells of functions leave out is found place by place.
+    pub(super) fn lands(&self) -> bool {
+        match self {
+            Self::Functions(functions) => !functions.is_limited(),
+            Self::Cells(_) => true,
         }
     }
 

@@ -505,7 +505,7 @@ impl Renderer {
             let shown = (lattice.dims, shown);
             Masks::new(&rays, &lattice.bricks, shown, ticket)
         })?;
-        let own = lattice.own.as_ref().filter(|_| composites);
+        let own = lattice.own.as_ref().filter(|own| composites && own.lands());
         let asked = Asked::of(plan.mode.classify);
         let land = |own: &Own| self.threads.run(|| own.land((&rays, asked), ticket));
         let landed = own.map(land).transpose()?;

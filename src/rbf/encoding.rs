@@ -21,6 +21,12 @@ const DEEPEST: u32 = 7;
 const A_PART: usize = 4096;
 /// What a term of a sum in single precision is off by, in ε of that precision, besides what moves it.
 const TERM_ROUNDING: f64 = 4.0;
+/// Places in the box at which it is measured how far functions that may be left out change the sum.
+const MEASURED: usize = 4096;
+/// Of them, those that one thread takes at once.
+const MEASURED_AT_ONCE: usize = 256;
+/// What is measured there is taken to be off by a twentieth: places lie between others.
+const UNMEASURED: f64 = 1.05;
 
 /// How far a sum is from the samples, in their units.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -86,6 +92,17 @@ pub struct Encoding {
     bounds: [DVec3; 2],
     /// Made once a value is asked for: pictures have lists of their own.
     tree: OnceLock<Cell>,
+    /// Made once some are left out.
+    least: OnceLock<Least>,
+}
+
+/// The functions that are the first to be left out.
+#[derive(Debug, Clone, Default)]
+struct Least {
+    /// Which, the least first.
+    order: Vec<usize>,
+    /// What so many of them are thought to be, rms over the box.
+    rms: Vec<f64>,
 }
 
 /// A box, and what reaches it.
@@ -109,8 +126,8 @@ impl Encoding {
         let reaching =
             functions.into_iter().filter_map(|f| Some((f, basis.reach_square(f.weight, epsilon)?)));
         let (functions, reaches) = reaching.unzip();
-        let blend = Blend::Sum;
-        Self { basis, blend, bias, epsilon, functions, reaches, bounds, tree: OnceLock::new() }
+        let (blend, tree, least) = (Blend::Sum, OnceLock::new(), OnceLock::new());
+        Self { basis, blend, bias, epsilon, functions, reaches, bounds, tree, least }
     }
 
     /// The mean of ellipsoidal Gaussians, each of which ends at so many widths from its centre; it is told in the box about
@@ -124,7 +141,8 @@ impl Encoding {
             [low.min(function.centre - half), high.max(function.centre + half)]
         });
         let epsilon = basis.of_square(reach * reach);
-        Self { basis, blend, bias, epsilon, functions, reaches, bounds, tree: OnceLock::new() }
+        let (tree, least) = (OnceLock::new(), OnceLock::new());
+        Self { basis, blend, bias, epsilon, functions, reaches, bounds, tree, least }
     }
 
     /// How functions that overlap make one value.
@@ -294,6 +312,98 @@ impl Encoding {
         let values = self.values(points.positions(), ticket)?;
         let pairs = values.iter().zip(points.values());
         Ok(Errors::of(&pairs.map(|(own, value)| value - own).collect::<Vec<_>>()))
+    }
+
+    /// The sum without its least functions, by their L2 norms: as many as it can do without while what is left out is thought
+    /// to be no more than `max_rms`, rms over the box, in the units of values. A mean keeps all of them, and so does a sum
+    /// that may not be off at all.
+    #[must_use]
+    pub fn without_least(&self, max_rms: f64) -> Self {
+        let mut is_kept = vec![true; self.functions.len()];
+        self.least_of(max_rms).0.iter().for_each(|i| is_kept[*i] = false);
+        let kept = |(function, is_kept): (&Function, &bool)| is_kept.then_some(*function);
+        let functions = self.functions.iter().zip(&is_kept).filter_map(kept).collect();
+        let kept = |(reach, is_kept): (&f64, &bool)| is_kept.then_some(*reach);
+        let reaches = self.reaches.iter().zip(&is_kept).filter_map(kept).collect();
+        Self { functions, reaches, tree: OnceLock::new(), least: OnceLock::new(), ..*self }
+    }
+
+    /// How many functions [`Encoding::without_least`] leaves out, and what they are thought to be, rms over the box.
+    pub fn left_out(&self, max_rms: f64) -> (usize, f64) {
+        let (least, rms) = self.least_of(max_rms);
+        (least.len(), rms)
+    }
+
+    /// Which functions [`Encoding::without_least`] leaves out, and their rms.
+    fn least_of(&self, max_rms: f64) -> (&[usize], f64) {
+        if max_rms.is_nan() || max_rms <= 0.0 {
+            return (&[], 0.0);
+        }
+        let Least { order, rms } = self.least.get_or_init(|| self.least());
+        match rms.iter().rposition(|rms| *rms <= max_rms) {
+            Some(last) => (&order[..=last], rms[last]),
+            None => (&[], 0.0),
+        }
+    }
+
+    /// By the diagonal of their Gram matrix, the squares of their norms, it is known what functions are where they do not
+    /// overlap, however narrow they are; by what they add up to at places all over the box, where they do. The greater of the
+    /// two counts.
+    fn least(&self) -> Least {
+        let size = self.bounds[1] - self.bounds[0];
+        let volume = size.x * size.y * size.z;
+        // A box without volume has no mean over it.
+        if self.blend == Blend::Mean || !volume.is_finite() || volume <= 0.0 {
+            return Least::default();
+        }
+        let square = |i: usize| {
+            let function = &self.functions[i];
+            let in_widths = function.shape.determinant().abs() * volume;
+            let integral = self.basis.square_integral(self.reaches[i], in_widths);
+            function.weight.powi(2) * integral / in_widths
+        };
+        let squares: Vec<f64> = (0..self.functions.len()).map(square).collect();
+        let mut order: Vec<usize> = (0..squares.len()).collect();
+        order.sort_by(|a, b| squares[*a].total_cmp(&squares[*b]).then(a.cmp(b)));
+        let mut diagonal = 0.0;
+        let measured = self.measured(&order);
+        let rms = |(i, measured): (&usize, &f64)| {
+            diagonal += squares[*i];
+            diagonal.sqrt().max(UNMEASURED * measured.sqrt())
+        };
+        let rms = order.iter().zip(&measured).map(rms).collect();
+        Least { order, rms }
+    }
+
+    /// The mean square, over places all over the box, of what the first of some functions add up to, from one of them to all.
+    fn measured(&self, order: &[usize]) -> Vec<f64> {
+        let [low, high] = self.bounds;
+        // Roberts' sequence fills a box evenly, whatever the number of places.
+        let root = 1.220_744_084_6_f64;
+        let steps = DVec3::new(root.recip(), root.powi(-2), root.powi(-3));
+        let parts: Vec<Vec<f64>> = (0..MEASURED / MEASURED_AT_ONCE)
+            .into_par_iter()
+            .map(|part| {
+                let first = part * MEASURED_AT_ONCE;
+                let places = (first..first + MEASURED_AT_ONCE).map(|i| {
+                    let share = (0.5 + steps * i as f64).fract();
+                    low + (high - low) * share
+                });
+                let places: Vec<DVec3> = places.collect();
+                let mut sums = vec![0.0; places.len()];
+                let square = |i: &usize| {
+                    let weight = self.functions[*i].weight;
+                    for (sum, at) in sums.iter_mut().zip(&places) {
+                        *sum += weight * self.phi(*i, *at);
+                    }
+                    sums.iter().map(|sum| sum * sum).sum::<f64>()
+                };
+                order.iter().map(square).collect()
+            })
+            .collect();
+        // In their order, so that any number of threads gives the same bits.
+        let mean = |i: usize| parts.iter().map(|part| part[i]).sum::<f64>() / MEASURED as f64;
+        (0..order.len()).map(mean).collect()
     }
 
     /// How many cells its tree has.

@@ -51,6 +51,19 @@ impl Basis {
         }
     }
 
+    /// The most that ∫ φ² can be over so large a part of space, in widths, of a function that ends at a squared distance: φ is
+    /// greatest in a ball about the centre.
+    pub(super) fn square_integral(self, reach: f64, volume: f64) -> f64 {
+        use std::f64::consts::PI;
+        let end = reach.sqrt().min((volume * 0.75 / PI).cbrt());
+        match self {
+            // Over all space, or of no more than 1 in the ball.
+            Self::Gaussian | Self::Ellipsoid => PI.powf(1.5).min(4.0 / 3.0 * PI * end.powi(3)),
+            // ∫ 4π r²/(1 + r²) dr.
+            Self::Multiquadric => 4.0 * PI * (end - end.atan()),
+        }
+    }
+
     /// The greatest that the first and the second derivative along any direction can be beyond a distance, all in widths.
     pub(super) fn steepest(self, nearest: f64) -> [f64; 2] {
         let square = nearest * nearest;

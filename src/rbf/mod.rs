@@ -1,12 +1,13 @@
 //! Fields as sums of a few hundred radial basis functions (Jang): s(x) = b + Σ wᵢ φ(|Sᵢ (x − cᵢ)|).
 //!
-//! Owns the functions, the tree in which a sum of them is evaluated, and the encoder that fits them to samples from
-//! anywhere: grids, meshes, points. All of it is in double precision. Refuses files and drawing. Imports `core`.
+//! Owns the functions, the tree in which a sum of them is evaluated, what of them is left out as it is drawn, and the encoder
+//! that fits them to samples from anywhere: grids, meshes, points. All of it is in double precision. Refuses files and drawing. Imports `core`.
 
 mod cluster;
 mod encode;
 mod encoding;
 mod function;
+mod limits;
 mod listed;
 mod neighbours;
 mod points;
@@ -19,6 +20,7 @@ pub use encode::{EncodeError, Goal, Step, encode, resume};
 pub(crate) use encoding::four_digits;
 pub use encoding::{Blend, Encoding, Errors};
 pub use function::{Basis, Function};
-pub use listed::Listed;
+pub use limits::Limits;
+pub use listed::{LeftOut, Listed};
 pub use neighbours::{log_densities, next_distance};
 pub use points::Points;

@@ -9,8 +9,8 @@ use super::cells::Cells;
 use super::sources::Line;
 use crate::core::progress::Ticket;
 use crate::kernel::{Kernel, RadialKernel};
-use crate::rbf::Encoding;
-use crate::scene::Reconstruction;
+use crate::rbf::{Encoding, Limits, Listed};
+use crate::scene::{Reconstruction, SplatSettings};
 use crate::volume::{Lattice, ScalarVolume};
 
 /// Sweeps c ← c + (s − h∗c) that sharpen radial kernels.
@@ -29,8 +29,8 @@ pub(super) enum Shape {
     Scaled(Basis, f64),
     /// Σ cᵢ hᵢ / Σ hᵢ.
     Radial(RadialKernel),
-    /// The sum of basis functions.
-    Functions,
+    /// The sum of basis functions, less what is left out.
+    Functions(Limits),
     /// The mean of ellipsoids about points.
     Ellipsoids,
     /// What cells have.
@@ -109,7 +109,7 @@ impl Shape {
         match kernel {
             Kernel::Point => None,
             Kernel::Nearest => Some(Self::Nearest),
-            Kernel::Functions => Some(Self::Functions),
+            Kernel::Functions => Some(Self::Functions(Limits::NONE)),
             Kernel::Ellipsoids => Some(Self::Ellipsoids),
             Kernel::Cells => Some(Self::Cells),
             Kernel::Linear | Kernel::BSpline => {
@@ -125,21 +125,31 @@ impl Shape {
         }
     }
 
+    /// Of a mode; as [`Shape::new`].
+    pub(super) fn of(mode: &SplatSettings) -> Option<Self> {
+        Self::new(mode.kernel, mode.extent).map(|shape| match shape {
+            Self::Functions(_) => Self::Functions(mode.limits()),
+            other => other,
+        })
+    }
+
     /// Of products, the kernel in one dimension, and how many times wider than natural it is.
     pub(super) fn product(self) -> Option<(Basis, f64)> {
         match self {
             Self::Separable(basis) => Some((basis, 1.0)),
             Self::Scaled(basis, scale) => Some((basis, scale)),
-            Self::Nearest | Self::Radial(_) | Self::Functions | Self::Ellipsoids | Self::Cells => {
-                None
-            }
+            Self::Nearest
+            | Self::Radial(_)
+            | Self::Functions(_)
+            | Self::Ellipsoids
+            | Self::Cells => None,
         }
     }
 
     /// How far from a sample its kernel reaches along an axis, voxels.
     pub(super) fn reach(self) -> f64 {
         match self {
-            Self::Nearest | Self::Functions | Self::Ellipsoids | Self::Cells => 0.5,
+            Self::Nearest | Self::Functions(_) | Self::Ellipsoids | Self::Cells => 0.5,
             Self::Separable(basis) => basis.reach(),
             Self::Scaled(basis, scale) => (scale * basis.reach()).max(0.5),
             Self::Radial(kernel) => kernel.radius(),
@@ -165,6 +175,8 @@ pub(super) struct Field {
     values: Vec<f64>,
     /// What is summed up in the place of these, and the lattice in whose index space.
     functions: Option<(Arc<Encoding>, Lattice)>,
+    /// The same, less their bias, where some are left out.
+    limited: Option<Listed>,
     /// What is looked into in their place.
     pub(super) cells: Option<Cells>,
     /// Whether it ends somewhere within the lattice: where cells do, or ellipsoids about points.
@@ -190,7 +202,7 @@ impl Field {
                 }
                 Shape::Radial(kernel) => sharpen(&mut values, dims, kernel),
                 Shape::Nearest
-                | Shape::Functions
+                | Shape::Functions(_)
                 | Shape::Ellipsoids
                 | Shape::Cells
                 | Shape::Separable(Basis::Tent)
@@ -199,7 +211,7 @@ impl Field {
         }
         let bricks = dims.map(|n| n.div_ceil(BRICK));
         let functions = match shape {
-            Shape::Functions => volume.functions.clone(),
+            Shape::Functions(_) => volume.functions.clone(),
             // Nobody cancels a fresh ticket.
             Shape::Ellipsoids => {
                 volume.scattered.as_ref().and_then(|all| all.ellipsoids(&Ticket::new()).ok())
@@ -207,14 +219,32 @@ impl Field {
             _ => None,
         };
         let functions = functions.map(|functions| (functions, volume.lattice));
+        let limited = match (shape, &functions) {
+            (Shape::Functions(limits), Some((functions, lattice))) if limits.leaves_out() => {
+                let space = (dims, lattice.axes(), lattice.origin);
+                // Nobody cancels here, either.
+                limits.listed(functions, space, &Ticket::new()).ok()
+            }
+            _ => None,
+        };
         let cells = volume.cells.clone().filter(|_| shape == Shape::Cells);
         let cells = cells.map(|cells| Cells::new(cells, volume.lattice));
         // Samples outside of all cells, and beside all points, are nowhere rather than holes.
         let has_borders = cells.is_some() || shape == Shape::Ellipsoids;
         let holes = holes.filter(|_| !has_borders);
         let ranges = Vec::new();
-        let mut field =
-            Self { dims, shape, values, functions, cells, has_borders, holes, bricks, ranges };
+        let mut field = Self {
+            dims,
+            shape,
+            values,
+            functions,
+            limited,
+            cells,
+            has_borders,
+            holes,
+            bricks,
+            ranges,
+        };
         field.ranges = (0..bricks.iter().product())
             .into_par_iter()
             .map(|b| {
@@ -226,7 +256,7 @@ impl Field {
 
     /// Kernels weigh without sign, so that values lie between those of the samples in reach.
     fn range(&self, brick: [usize; 3]) -> [f64; 2] {
-        if matches!(self.shape, Shape::Functions | Shape::Ellipsoids | Shape::Cells) {
+        if matches!(self.shape, Shape::Functions(_) | Shape::Ellipsoids | Shape::Cells) {
             // Anything.
             return [f64::NEG_INFINITY, f64::INFINITY];
         }
@@ -314,10 +344,15 @@ impl Field {
         })
     }
 
-    /// Where a part of a ray passes what may be a border: the faces of cells, or the surfaces of ellipsoids; in no order.
+    /// Where a part of a ray passes what may be a border: the faces of cells, also of those that leave functions out, or the
+    /// surfaces of ellipsoids; in no order.
     pub(super) fn crossings(&self, line: &Line, [a, b]: [f64; 2]) -> Vec<f64> {
         if let Some(cells) = &self.cells {
             return cells.crossings(line, [a, b]);
+        }
+        if let Some(limited) = &self.limited {
+            let along = move |axis| line.crossings(axis, limited.faces(axis), [a, b]);
+            return (0..3).flat_map(along).collect();
         }
         let Some((functions, lattice)) = self.functions.as_ref().filter(|_| self.has_borders)
         else {
@@ -339,6 +374,9 @@ impl Field {
         if let Some(cells) = &self.cells {
             return Some(cells.growth(place));
         }
+        if let Some(limited) = &self.limited {
+            return Some(limited.gradient(place));
+        }
         let (functions, lattice) = self.functions.as_ref()?;
         let gradient = functions.gradient(lattice.world_from_index(place));
         Some(lattice.axes().transpose() * gradient)
@@ -352,10 +390,13 @@ impl Field {
                 Some(self.values[(z * self.dims[1] + y) * self.dims[0] + x])
             }
             Shape::Cells => self.cells.as_ref().and_then(|cells| cells.value(place)),
-            Shape::Functions | Shape::Ellipsoids => self
+            Shape::Functions(_) | Shape::Ellipsoids => self
                 .functions
                 .as_ref()
-                .map(|(functions, lattice)| functions.value(lattice.world_from_index(place)))
+                .map(|(functions, lattice)| match &self.limited {
+                    Some(limited) => functions.bias() + limited.value(place),
+                    None => functions.value(lattice.world_from_index(place)),
+                })
                 .filter(|value| !value.is_nan()),
             Shape::Separable(basis) => {
                 let cell = place.floor();

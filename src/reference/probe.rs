@@ -77,9 +77,12 @@ pub struct Probe {
 
 /// What reconstructs the values that a mode is probed for.
 fn field_of(splat: &SplatSettings) -> (Shape, Reconstruction) {
-    let (kernel, extent, reconstruction) = splat.values_between();
+    let (shape, reconstruction) = match splat.classify {
+        Classify::Before => (Shape::new(Kernel::BSpline, None), Reconstruction::Interpolating),
+        _ => (Shape::of(splat), splat.reconstruction),
+    };
     // Points leave nothing between them, and are never classified after.
-    (Shape::new(kernel, extent).unwrap_or(Shape::Nearest), reconstruction)
+    (shape.unwrap_or(Shape::Nearest), reconstruction)
 }
 
 impl Probe {

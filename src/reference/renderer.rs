@@ -155,7 +155,7 @@ impl Reference {
             Source::Meshes(Meshes::new(kernels, mesh, shape, &scene.camera, size, opacity))
         };
         let mesh_shape = shape.filter(|_| !exact && splat.kernel == Kernel::Gouraud);
-        let source = match (kernels, field, Shape::new(splat.kernel, splat.extent)) {
+        let source = match (kernels, field, Shape::of(&splat)) {
             (Some(kernels), ..) if let Some(shape) = mesh_shape => meshes(&kernels, shape),
             (Some(kernels), ..) => list(kernels),
             (None, None, _) => Source::Nothing,

@@ -381,7 +381,7 @@ fn visible_part(
     let halves = field.has_holes() || field.shape == Shape::Nearest || is_narrow(field.shape);
     for axis in 0..3 {
         let count = field.dims[axis] as i64;
-        if let Shape::Separable(_) | Shape::Functions | Shape::Ellipsoids = field.shape {
+        if let Shape::Separable(_) | Shape::Functions(_) | Shape::Ellipsoids = field.shape {
             cuts.extend(line.crossings(axis, (0..count).map(|i| i as f64), [a, b]));
         }
         if let Shape::Scaled(basis, scale) = field.shape {
@@ -427,7 +427,7 @@ fn visible_part(
         if field.has_borders && field.value(middle).is_none() {
             continue;
         }
-        if let Shape::Scaled(..) | Shape::Functions | Shape::Ellipsoids = field.shape {
+        if let Shape::Scaled(..) | Shape::Functions(_) | Shape::Ellipsoids = field.shape {
             let value = |t: f64| field.value(line.at(t)).unwrap_or(f64::NAN);
             smooth(a, b, &value, classes, ray, light, 10);
             continue;

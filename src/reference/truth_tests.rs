@@ -261,7 +261,7 @@ fn kernels_shaded_first_agree_with_brute_force() {
                 Shape::Radial(k) => k.value(offset.length()),
                 Shape::Nearest => f64::from(u8::from(offset.abs().max_element() < 0.5)),
                 Shape::Scaled(..) => panic!("that is its natural width"),
-                Shape::Functions | Shape::Ellipsoids | Shape::Cells => {
+                Shape::Functions(_) | Shape::Ellipsoids | Shape::Cells => {
                     panic!("no kernel of samples")
                 }
                 Shape::Separable(basis) => {

@@ -9,13 +9,14 @@ use super::{
 };
 use crate::kernel::Kernel;
 use crate::polygons::Mesh;
+use crate::rbf::Limits;
 use crate::volume::ScalarVolume;
 
 /// Values of one mesh that are kept at most: in two modes that are compared.
 const MOST_KEPT: usize = 2;
 
-/// What reconstructs values: a kernel, its extent, and whether samples are sharpened first.
-type Between = (Kernel, Option<f64>, Reconstruction);
+/// What reconstructs values: a kernel, its extent, whether samples are sharpened first, and what of basis functions is left out.
+type Between = (Kernel, Option<f64>, Reconstruction, Limits);
 
 /// Which values are at a mesh's corners: of which field, reconstructed how.
 #[derive(Debug, Clone)]
@@ -61,10 +62,12 @@ pub struct FieldOnMesh {
 impl SplatSettings {
     /// What reconstructs values between samples: modes that colour samples first have none, and are asked as the exact mode
     /// reconstructs, by interpolating B-splines.
-    pub fn values_between(&self) -> (Kernel, Option<f64>, Reconstruction) {
+    fn values_between(&self) -> Between {
         match self.classify {
-            Classify::Before => (Kernel::BSpline, None, Reconstruction::Interpolating),
-            _ => (self.kernel, self.extent, self.reconstruction),
+            Classify::Before => {
+                (Kernel::BSpline, None, Reconstruction::Interpolating, Limits::NONE)
+            }
+            _ => (self.kernel, self.extent, self.reconstruction, self.functions),
         }
     }
 }

@@ -250,6 +250,22 @@ impl Scene {
         Some((kernel, count as u64))
     }
 
+    /// How many of the functions that it is drawn from are left out everywhere, and what they are thought to be, rms, in the
+    /// units of values; `None` where none may be.
+    pub fn left_out_functions(&self) -> Option<(u64, f64)> {
+        Some(self.splat.limits().max_rms).filter(|rms| *rms > 0.0).and_then(|rms| self.without(rms))
+    }
+
+    /// The same of its quick pictures, where these are of functions.
+    pub fn left_out_of_quick(&self) -> Option<(u64, f64)> {
+        self.splat.quick_limits().and_then(|limits| self.without(limits.max_rms))
+    }
+
+    fn without(&self, max_rms: f64) -> Option<(u64, f64)> {
+        let (count, rms) = self.volume()?.functions.as_ref()?.left_out(max_rms);
+        Some((count as u64, rms))
+    }
+
     /// Its samples; 0 where there is none.
     pub fn voxel_count(&self) -> u64 {
         self.volume().map_or(0, |volume| volume.lattice.len() as u64)

@@ -130,6 +130,10 @@ pub struct FrameReport {
     pub vector_splats: Option<u64>,
     /// What the picture is of in the place of samples, where it is, and how many there are.
     pub own_kernels: Option<(Kernel, u64)>,
+    /// Of basis functions, how many are left out everywhere, and what these are thought to be, rms; `None` where none may be.
+    pub left_out_functions: Option<(u64, f64)>,
+    /// The same of quick pictures, where these are of functions.
+    pub left_out_of_quick: Option<(u64, f64)>,
     /// Voxels in the volume.
     pub kernels_total: u64,
     /// Which engine drew it.
@@ -200,6 +204,8 @@ impl FrameReport {
             kernels: None,
             vector_splats: None,
             own_kernels: None,
+            left_out_functions: None,
+            left_out_of_quick: None,
             kernels_total: voxels,
             engine: EngineKind::default(),
             not_native: None,

@@ -75,7 +75,8 @@ fn rays(size: [u32; 2], shrink: f64) -> f64 {
 }
 
 /// The mode of the field for previews of a scene, where one would be quicker than the scene's own and
-/// look alike: the tents nearest to it, or tents through means. A smooth field is not like them, nor are products of
+/// look alike: the tents nearest to it, or tents through means; or the functions that matter most, where those are asked for. A
+/// smooth field is not like them, nor are products of
 /// another than their natural width; but where samples are shaded first it is the only one that can be lit.
 pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
     let splat = plan.mode;
@@ -92,6 +93,10 @@ pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
             splat.reconstruction == Reconstruction::Interpolating
         }
     };
+    if let Some(functions) = splat.quick_limits().filter(|_| plan.reconstructs()) {
+        let slabs_per_voxel = splat.slabs_per_voxel.min(1.0);
+        return Some(SplatSettings { functions, slabs_per_voxel, ..splat });
+    }
     let tents = SplatSettings {
         kernel: Kernel::Linear,
         extent: None,
@@ -194,7 +199,8 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
         let Some(mode) = preview_mode(plan) else { return Ok(()) };
-        if self.is_native() && level(plan.frame.lattice.dims) > 0 {
+        let is_of_means = mode.kernel == Kernel::Linear && level(plan.frame.lattice.dims) > 0;
+        if self.is_native() && is_of_means {
             // The native engine draws no means yet: quick pictures of large volumes are of their own field.
             return Ok(());
         }
@@ -496,6 +502,24 @@ mod tests {
             scene.splat = SplatSettings { visibility, ..SplatSettings::SHADE_FIRST };
             assert_eq!(tents(&scene), None, "shaded first");
         }
+    }
+
+    #[test]
+    fn functions_are_previewed_by_tents_unless_fewer_functions_are_asked_for() {
+        let all = SplatSettings { kernel: Kernel::Functions, ..SplatSettings::EXACT };
+        let preview = |splat: SplatSettings| {
+            let found = preview_mode(&Plan::of(&Scene { splat, ..scene([4; 3]) }, [8, 8]));
+            found.map(|splat| (splat.kernel, splat.limits().max_rms))
+        };
+        assert_eq!(preview(all), Some((Kernel::Linear, 0.0)));
+        let quick = SplatSettings { quick_functions: Some(2.0), ..all };
+        assert_eq!(preview(quick), Some((Kernel::Functions, 2.0)));
+        // Nobody chose quick pictures to be nearer than finished ones.
+        let functions = crate::rbf::Limits { max_rms: 3.0, ..all.functions };
+        let fewer = SplatSettings { functions, ..quick };
+        assert_eq!(preview(fewer), Some((Kernel::Functions, 3.0)));
+        let samples = SplatSettings { kernel: Kernel::BSpline, ..quick };
+        assert_eq!(preview(samples), Some((Kernel::Linear, 0.0)));
     }
 
     #[test]

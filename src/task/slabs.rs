@@ -11,7 +11,7 @@ use super::previews::preview_coefficients;
 use crate::core::{Pace, Ticket, memory};
 use crate::gpu::layout::TILE;
 use crate::gpu::{GpuError, PictureConstants, Renderer, tile_count};
-use crate::kernel::{Coefficients, CoefficientsError, coefficients};
+use crate::kernel::{Coefficients, CoefficientsError, Kernel, coefficients};
 use crate::native::{self, stored_bytes};
 use crate::plan::{Field, Plan, SlabField, Way};
 use crate::scene::{OpacityModel, Reconstruction, SplatSettings, View};
@@ -95,6 +95,9 @@ impl UnderWay {
                         let SplatSettings { kernel, extent, .. } = settings;
                         coefficients(&volume, kernel, extent, interpolating, ticket)?
                     }
+                    SlabField::Preview if settings.kernel == Kernel::Functions => {
+                        coefficients(&volume, settings.kernel, None, false, ticket)?
+                    }
                     SlabField::Preview => preview_coefficients(&volume, ticket)?,
                 };
                 if !is_native {
@@ -114,7 +117,7 @@ impl UnderWay {
         settings: &SplatSettings,
         is_native: bool,
     ) -> bool {
-        let key = |s: &SplatSettings| (s.kernel, s.extent, s.reconstruction);
+        let key = |s: &SplatSettings| (s.kernel, s.extent, s.reconstruction, s.limits());
         self.which == which
             && self.is_native == is_native
             && Arc::ptr_eq(&self.volume, volume)

@@ -334,7 +334,7 @@ pub(super) fn draw(
     };
     let kernels_active = drawer.count_active(&plan, ticket)?;
     if let Some((_, count)) = scene.own_kernels().filter(|_| rung == Rung::Full) {
-        drawn.kernels = count;
+        drawn.kernels = count - scene.left_out_functions().map_or(0, |(count, _)| count);
     } else if drew == EngineKind::Native && drawn.nodes == 0 {
         drawn.kernels = kernels_active;
     }

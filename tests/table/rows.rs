@@ -3,6 +3,7 @@
 use voxsplat::gpu::SlabField;
 use voxsplat::hierarchy::ErrorMeasure;
 use voxsplat::kernel::Kernel;
+use voxsplat::rbf::Limits;
 use voxsplat::scene::{
     AlongRay, Backend, Classify, CutSettings, Index, OpacityModel, Order, Reconstruction, Scene,
     SplatSettings, Visibility,
@@ -175,6 +176,10 @@ fn mode_names(mode: &SplatSettings) -> Vec<String> {
     }
     words.extend(view_dependent.then(|| "view-dependent".to_owned()));
     words.extend(balanced.then(|| "balanced".to_owned()));
+    let Limits { per_cell, corrects, max_rms } = mode.limits();
+    let corrected = if corrects { "" } else { " uncorrected" };
+    words.extend(per_cell.map(|most| format!("{most} a cell{corrected}")));
+    words.extend((max_rms > 0.0).then(|| format!("functions to {max_rms}")));
     words
 }
 
@@ -382,8 +387,35 @@ fn functions() -> Vec<Row> {
     rows.push(Row { size: FEW, ..small.clone() });
     rows.push(small.clone().of(Rung::Reduced { field: SlabField::Own, shrink: 2.0 }));
     rows.push(small.of(Rung::Reduced { field: SlabField::Preview, shrink: 1.0 }));
+    rows.extend(limited_functions(exact));
     // What has no functions has none to be drawn.
     rows.push(Row { judged: Judged::Refused, ..Row::new(Field::Noise, &[], exact) });
+    rows
+}
+
+/// Basis functions of which some are left out: the picture is of what is left, and of what is added for them.
+fn limited_functions(exact: SplatSettings) -> Vec<Row> {
+    use Part::{Along, Isosurfaces, Lights, Slices};
+    let of = |functions| SplatSettings { functions, ..exact };
+    let few = |most, corrects| of(Limits { per_cell: Some(most), corrects, ..Limits::NONE });
+    let to = |max_rms| Limits { max_rms, ..Limits::NONE };
+    let mut rows = Vec::new();
+    for field in [Field::Ellipsoids, Field::Multiquadrics] {
+        let modes = [few(6, true), few(6, false), few(2, true)];
+        rows.extend(both_eyes(in_modes(field, &[], modes)));
+        rows.push(Row::new(field, &[Lights], few(6, true)));
+    }
+    let after = SplatSettings { classify: Classify::After, ..few(6, true) };
+    rows.push(Row::new(Field::Ellipsoids, &[], after));
+    rows.push(Row::new(Field::Ellipsoids, &[Slices], few(6, true)));
+    rows.push(Row::new(Field::Ellipsoids, &[Along(AlongRay::Maximum)], few(6, true)));
+    rows.push(Row::new(Field::Ellipsoids, &[Lights, Isosurfaces], slabs(4.0, few(6, true))));
+    // Of fewer functions everywhere, by every way of colouring slabs.
+    for classify in [Classify::PreIntegrated, Classify::After, Classify::Mean] {
+        let mode = SplatSettings { classify, ..of(to(8.0)) };
+        rows.push(Row::new(Field::Ellipsoids, &[], mode));
+    }
+    rows.push(Row::new(Field::Gaussians, &[Lights], of(Limits { per_cell: Some(6), ..to(4.0) })));
     rows
 }
 

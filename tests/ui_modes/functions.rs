@@ -8,7 +8,7 @@ use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::io::Encoded;
 use voxsplat::kernel::Kernel;
-use voxsplat::rbf::Errors;
+use voxsplat::rbf::{Errors, Limits};
 use voxsplat::scene::{Classify, Scene, SplatSettings};
 use voxsplat::volume::{Shape, demo};
 
@@ -192,6 +192,41 @@ fn kernels_of_functions_are_offered_where_there_are_some() {
     encoded(&mut bench);
     bench.choose("Kernel", "B-spline");
     assert!(offers(&mut bench));
+}
+
+#[test]
+fn functions_a_cell_and_those_left_out_are_chosen_where_they_are_drawn_and_undone() {
+    let mut bench = opened("some.nrrd");
+    assert!(!bench.shows("Functions per cell"), "there are none yet");
+    bench.set_slider("Greatest error", 5.0);
+    bench.set_slider("Most functions", 60.0);
+    encoded(&mut bench);
+    let limits = |bench: &Bench| scene(bench).splat.functions;
+    assert_eq!(limits(&bench), Limits::NONE);
+    bench.set_slider("Functions per cell", 3.0);
+    bench.settle();
+    assert_eq!(limits(&bench), Limits { per_cell: Some(3), ..Limits::NONE });
+    bench.harness.get_by_label("Correct between corners").click();
+    bench.settle();
+    assert_eq!(limits(&bench), Limits { per_cell: Some(3), corrects: false, ..Limits::NONE });
+    // Means of slabs are of whole functions.
+    let mean = voxsplat::app::words::classify(Classify::Mean).0;
+    bench.choose("Colouring", mean);
+    bench.settle();
+    assert_eq!((scene(&bench).splat.classify, limits(&bench).per_cell), (Classify::Mean, None));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(limits(&bench).per_cell, Some(3));
+    press(&mut bench, "Reset functions per cell");
+    assert_eq!(limits(&bench).per_cell, None);
+    bench.set_slider("Error of functions left out", 2.0);
+    bench.set_slider("Error of functions while moving", 4.0);
+    bench.settle();
+    assert_eq!(limits(&bench).max_rms, 2.0);
+    assert_eq!(scene(&bench).splat.quick_functions, Some(4.0));
+    bench.choose("Kernel", "B-spline");
+    bench.settle();
+    assert!(!bench.shows("Functions per cell"), "samples are drawn");
 }
 
 #[test]

@@ -207,6 +207,8 @@ fn gradient(request: &FrameRequest) -> Picture {
         kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
         vector_splats: (!request.scene.shows_field()).then_some(321),
         own_kernels: None,
+        left_out_functions: None,
+        left_out_of_quick: None,
         kernels_total: 512,
         backend: voxsplat::scene::Backend::Raster,
         frame_ms: 12.0,

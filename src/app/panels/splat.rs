@@ -1,10 +1,11 @@
 //! How the volume is splatted.
 
 use eframe::egui::{
-    Button, CollapsingHeader, ComboBox, Label, Painter, Rect, RichText, Slider, Ui,
+    Button, CollapsingHeader, ComboBox, DragValue, Label, Painter, Rect, Response, RichText,
+    Slider, Ui,
 };
 
-use super::{pictures, reset_ui, row_ui, slider_ui};
+use super::{number_ui, pictures, reset_ui, row_ui, slider_ui};
 use crate::app::modes::{self, PRESETS};
 use crate::app::{theme, words};
 use crate::kernel::{Kernel, Subdivisions};
@@ -17,6 +18,8 @@ use crate::scene::{
 const EXTENT: std::ops::RangeInclusive<f64> = 0.5..=4.0;
 /// The slabs on offer, per voxel: more is a wait that hardly shows.
 const SLABS: std::ops::RangeInclusive<f64> = LEAST_SLABS_PER_VOXEL..=16.0;
+/// The functions a cell on offer; the last stands for all of them.
+const MOST_PER_CELL: u32 = 1024;
 /// The sheets on offer, per kernel.
 const SHEETS: std::ops::RangeInclusive<u32> = 1..=16;
 
@@ -90,6 +93,9 @@ pub fn splat_ui(
         );
     }
     layers_ui(ui, splat, &mut chosen);
+    if splat.kernel == Kernel::Functions {
+        functions_ui(ui, splat);
+    }
     if of_samples {
         let wide =
             |painter: &Painter, rect| pictures::extent(painter, rect, now.kernel, now.extent);
@@ -246,6 +252,84 @@ fn mesh_ui(ui: &mut Ui, now: Subdivisions, chosen: &mut ModeChoice) {
     if slider_row(ui, "Mesh rings", "Mesh rings", slider, help) {
         chosen.gouraud_rings = Some(rings);
     }
+}
+
+/// What of the basis functions is left out.
+fn functions_ui(ui: &mut Ui, splat: &mut SplatSettings) {
+    // Means of slabs are of whole functions.
+    let can_limit = splat.classify != Classify::Mean;
+    let limits = &mut splat.functions;
+    row_ui(ui, "Per cell", |ui| {
+        // As many as there are on offer stand for all of them, and for more that a saved scene or a flag asked for.
+        let beyond = limits.per_cell.filter(|most| *most > MOST_PER_CELL);
+        let mut most = limits.per_cell.unwrap_or(MOST_PER_CELL).min(MOST_PER_CELL);
+        let slider = Slider::new(&mut most, 1..=MOST_PER_CELL).logarithmic(true).custom_formatter(
+            move |v, _| match beyond {
+                _ if v < f64::from(MOST_PER_CELL) => format!("{v:.0}"),
+                Some(most) => most.to_string(),
+                None => "all".to_owned(),
+            },
+        );
+        let response = slider_ui(ui, "Functions per cell", can_limit, slider)
+            .on_hover_text(
+                "The field is cut into cells, and each sums up the functions that are greatest in it: fewer are quicker and \
+                 farther from the encoding",
+            )
+            .on_disabled_hover_text(
+                "The mean of a slab is known of whole functions alone. Choose another colouring to sum up fewer in each cell",
+            );
+        if response.changed() {
+            limits.per_cell = Some(most).filter(|most| *most < MOST_PER_CELL);
+        }
+        let changed = limits.per_cell.is_some();
+        if reset_ui(ui, changed, "Reset functions per cell", "Back to all functions") {
+            limits.per_cell = None;
+        }
+    });
+    if limits.per_cell.is_some() {
+        row_ui(ui, "", |ui| {
+            ui.checkbox(&mut limits.corrects, "Correct between corners").on_hover_text(
+                "What a cell leaves out is known at its corners, and added between them: smooth functions are hardly missed",
+            );
+        });
+    }
+    row_ui(ui, "Leave out", |ui| {
+        error_ui(ui, ERROR_LEFT_OUT, &mut limits.max_rms).on_hover_text(
+            "The least functions are not drawn, as long as the field is off by no more than this, on average, in the units of \
+             its values; at 0 all are",
+        );
+        let changed = limits.max_rms != 0.0;
+        if reset_ui(ui, changed, "Reset error of functions", "Back to all functions") {
+            limits.max_rms = 0.0;
+        }
+    });
+    row_ui(ui, "While moving", |ui| {
+        // At 0 tents stand for them.
+        let mut rms = splat.quick_functions.unwrap_or_default();
+        let response = error_ui(ui, ERROR_WHILE_MOVING, &mut rms).on_hover_text(
+            "Quick pictures are of the functions that matter most, as long as the field is off by no more than this, on \
+             average, in the units of its values; at 0 they are of linear kernels through evenly spaced samples",
+        );
+        if response.changed() {
+            splat.quick_functions = Some(rms).filter(|rms| *rms > 0.0);
+        }
+        let changed = splat.quick_functions.is_some();
+        if reset_ui(ui, changed, "Reset functions while moving", "Back to samples") {
+            splat.quick_functions = None;
+        }
+    });
+}
+
+/// What the numbers of errors are called.
+const ERROR_LEFT_OUT: &str = "Error of functions left out";
+const ERROR_WHILE_MOVING: &str = "Error of functions while moving";
+
+/// An error in the units of values, which may be none.
+fn error_ui(ui: &mut Ui, name: &str, rms: &mut f64) -> Response {
+    // By a fiftieth of what it is, and from nothing at all.
+    let speed = (0.02 * *rms).max(0.001);
+    let drag = DragValue::new(rms).range(0.0..=f64::MAX).speed(speed);
+    number_ui(ui, name, drag.custom_formatter(|v, _| words::value(v)))
 }
 
 /// A row of a slider; whether it was moved.

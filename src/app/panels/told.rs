@@ -132,6 +132,9 @@ fn picture_words(report: &FrameReport) -> String {
         LevelOfDetail::Reduced { field, size: [width, height], cut, .. } => {
             let kernels = match field {
                 SlabField::Own => "",
+                SlabField::Preview if report.left_out_of_quick.is_some() => {
+                    ", of the functions that matter most"
+                }
                 SlabField::Preview => ", with linear kernels",
             };
             let cut = cut.as_ref().map_or_else(String::new, cut_words);
@@ -359,14 +362,31 @@ fn counts_words(report: &FrameReport) -> String {
         None => {}
     }
     if let Some((kernel, count)) = report.own_kernels {
-        let [count, samples] = [count, report.kernels_total].map(words::count);
+        let left_out = report.left_out_functions.unwrap_or_default();
+        let quick = match report.left_out_of_quick {
+            Some((number, rms)) => format!(
+                "{} of them (off by {}, rms), or of all",
+                words::count(count - number),
+                words::value(rms)
+            ),
+            None => format!("{} samples", words::count(report.kernels_total)),
+        };
+        let count = words::count(count - left_out.0);
         let what = match kernel {
             Kernel::Cells => "cells, evaluated",
             Kernel::Ellipsoids => "points, each an ellipsoid, evaluated",
             _ => "basis functions, summed up",
         };
+        let but = match left_out {
+            (0, _) => String::new(),
+            (number, rms) => format!(
+                " ({} more are left out, which changes the field by {}, rms)",
+                words::count(number),
+                words::value(rms)
+            ),
+        };
         return format!(
-            "{count} {what} wherever the rays through the pixels ask; quick pictures are of {samples} samples"
+            "{count} {what} wherever the rays through the pixels ask{but}; quick pictures are of {quick}"
         );
     }
     let total = words::count(report.kernels_total);
@@ -568,6 +588,25 @@ mod tests {
         let convergence = Convergence { slabs_per_voxel: 2.0, last_difference: Some(0.3) };
         cells.report.level = LevelOfDetail::Refined(convergence);
         assert!(picture_words(&cells.report).contains("refined to 2 slabs a sample"));
+    }
+
+    #[test]
+    fn functions_that_are_left_out_are_told() {
+        let mut few = shown(LevelOfDetail::FULL, SplatSettings::FUNCTIONS);
+        few.report.own_kernels = Some((Kernel::Functions, 812));
+        assert!(counts_words(&few.report).starts_with("812 basis functions, summed up"));
+        few.report.left_out_functions = Some((412, 0.25));
+        let told = counts_words(&few.report);
+        assert!(told.starts_with("400 basis functions"), "{told}");
+        assert!(told.ends_with(" samples"), "{told}");
+        few.report.left_out_of_quick = Some((700, 2.0));
+        let quick = counts_words(&few.report);
+        let end = "quick pictures are of 112 of them (off by 2, rms), or of all";
+        assert!(quick.ends_with(end), "{quick}");
+        assert!(
+            told.contains("(412 more are left out, which changes the field by 0.25, rms)"),
+            "{told}"
+        );
     }
 
     #[test]

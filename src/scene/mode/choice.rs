@@ -5,6 +5,7 @@ use super::{
     Visibility,
 };
 use crate::kernel::{Kernel, Subdivisions};
+use crate::rbf::Limits;
 
 /// A mode as people ask for it: what they leave open follows from what they choose.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -24,6 +25,8 @@ pub struct ModeChoice {
     pub gouraud_angles: Option<u32>,
     pub gouraud_rings: Option<u32>,
     pub cut: Option<CutSettings>,
+    pub functions: Option<Limits>,
+    pub quick_functions: Option<f64>,
 }
 
 impl ModeChoice {
@@ -36,7 +39,10 @@ impl ModeChoice {
         let exact = SplatSettings::EXACT;
         let shade_first = SplatSettings::SHADE_FIRST;
         let subdivided = self.gouraud_angles.is_some() || self.gouraud_rings.is_some();
-        let asked = self.kernel.or(subdivided.then_some(Kernel::Gouraud));
+        let limited = self.functions.is_some_and(|limits| limits.leaves_out())
+            || self.quick_functions.is_some();
+        let meant = subdivided.then_some(Kernel::Gouraud).or(limited.then_some(Kernel::Functions));
+        let asked = self.kernel.or(meant);
         let visibility = self.visibility.unwrap_or(match self.sheets_per_kernel {
             Some(_) => Visibility::Sheets,
             None if self.backend == Some(Backend::Raster) => Visibility::EverySample,
@@ -77,6 +83,8 @@ impl ModeChoice {
                 rings: self.gouraud_rings.unwrap_or(exact.gouraud.rings),
             },
             cut: self.cut.unwrap_or(exact.cut),
+            functions: self.functions.unwrap_or(exact.functions),
+            quick_functions: self.quick_functions,
         };
         settings.check()?;
         Ok(settings)
@@ -123,6 +131,36 @@ impl ModeChoice {
                 return Err(ModeError { expected, found, advice });
             }
         }
+        let limits = self.functions.unwrap_or_default();
+        if !limits.corrects && limits.per_cell.is_none() {
+            return Err(ModeError {
+                expected: "--functions-per-cell with --no-cell-correction",
+                found: "--no-cell-correction alone".to_owned(),
+                advice: "add --functions-per-cell, or leave --no-cell-correction out",
+            });
+        }
+        for (is_given, expected, advice) in [
+            (
+                limits.per_cell.is_some(),
+                "--functions-per-cell with --kernel functions",
+                "leave --functions-per-cell out, or choose --kernel functions",
+            ),
+            (
+                limits.max_rms != 0.0,
+                "--functions-error with --kernel functions",
+                "leave --functions-error out, or choose --kernel functions",
+            ),
+            (
+                self.quick_functions.is_some(),
+                "--quick-functions-error with --kernel functions",
+                "leave --quick-functions-error out, or choose --kernel functions",
+            ),
+        ] {
+            if is_given && settings.kernel != Kernel::Functions {
+                let found = format!("--kernel {}", settings.kernel.name());
+                return Err(ModeError { expected, found, advice });
+            }
+        }
         Ok(settings)
     }
 }
@@ -143,6 +181,8 @@ impl From<SplatSettings> for ModeChoice {
             backend,
             gouraud,
             cut,
+            functions,
+            quick_functions,
         } = settings;
         Self {
             kernel: Some(kernel),
@@ -159,6 +199,8 @@ impl From<SplatSettings> for ModeChoice {
             gouraud_angles: (kernel == Kernel::Gouraud).then_some(gouraud.angles),
             gouraud_rings: (kernel == Kernel::Gouraud).then_some(gouraud.rings),
             cut: Some(cut),
+            functions: Some(functions),
+            quick_functions,
         }
     }
 }
@@ -171,6 +213,36 @@ mod tests {
     use crate::core::Camera;
     use crate::scene::View;
     use crate::volume::Lattice;
+
+    const FEW: Limits = Limits { per_cell: Some(12), ..Limits::NONE };
+
+    fn limited(limits: Limits) -> ModeChoice {
+        ModeChoice { functions: Some(limits), ..ModeChoice::default() }
+    }
+
+    #[test]
+    fn limits_of_functions_mean_functions_and_are_refused_where_others_are_drawn() {
+        for limits in [FEW, Limits { max_rms: 0.5, ..Limits::NONE }] {
+            let settings = limited(limits).resolve_strictly().expect("a mode");
+            assert_eq!((settings.kernel, settings.limits()), (Kernel::Functions, limits));
+            assert_eq!(ModeChoice::from(settings).resolve(), Ok(settings));
+            let other = ModeChoice { kernel: Some(Kernel::Linear), ..limited(limits) };
+            assert_eq!(other.resolve().map(|s| s.limits()), Ok(Limits::NONE), "they are idle");
+            let error = other.resolve_strictly().expect_err("idle").to_string();
+            assert!(error.contains("--kernel functions, found --kernel linear; "), "{error}");
+        }
+        let quick = ModeChoice { quick_functions: Some(2.0), ..limited(FEW) };
+        let settings = quick.resolve_strictly().expect("a mode");
+        assert_eq!(settings.quick_limits(), Some(Limits { max_rms: 2.0, ..FEW }));
+        let all = SplatSettings { quick_functions: None, ..settings };
+        assert!(all.makes_same_picture(&settings) && all.quick_limits().is_none());
+        // None at all say nothing of the kernel, and pictures without functions do not differ by theirs.
+        assert_eq!(limited(Limits::NONE).resolve_strictly(), Ok(SplatSettings::EXACT));
+        let idle = SplatSettings { functions: FEW, ..SplatSettings::EXACT };
+        assert!(idle.makes_same_picture(&SplatSettings::EXACT));
+        let all = SplatSettings { kernel: Kernel::Functions, ..SplatSettings::EXACT };
+        assert!(!SplatSettings { functions: FEW, ..all }.makes_same_picture(&all));
+    }
 
     #[test]
     fn nothing_chosen_is_exact_and_both_presets_mean_something() {
@@ -254,6 +326,15 @@ mod tests {
             ModeChoice { gouraud_rings: Some(0), ..none },
             ModeChoice { gouraud_rings: Some(17), ..none },
             ModeChoice { gouraud_rings: Some(17), kernel: Some(Kernel::Cubic), ..none },
+            limited(Limits { per_cell: Some(0), ..Limits::NONE }),
+            limited(Limits { per_cell: Some(65_537), ..Limits::NONE }),
+            limited(Limits { max_rms: -1.0, ..Limits::NONE }),
+            limited(Limits { max_rms: f64::NAN, ..Limits::NONE }),
+            limited(Limits { max_rms: f64::INFINITY, ..Limits::NONE }),
+            ModeChoice { quick_functions: Some(0.0), ..none },
+            ModeChoice { quick_functions: Some(f64::NAN), ..none },
+            ModeChoice { classify: Some(Classify::Mean), ..limited(FEW) },
+            ModeChoice { visibility: Some(Visibility::EverySample), ..limited(FEW) },
         ];
         for choice in refused {
             let error = choice.resolve().expect_err("refused").to_string();

@@ -11,6 +11,7 @@ use super::View;
 use crate::core::names;
 use crate::hierarchy::ErrorMeasure;
 use crate::kernel::{Kernel, Subdivisions};
+use crate::rbf::Limits;
 
 /// How kernels hide one another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -147,6 +148,13 @@ pub struct SplatSettings {
     /// How octree cuts are fitted.
     #[serde(default)]
     pub cut: CutSettings,
+    /// What of the basis functions is left out; with [`Kernel::Functions`].
+    #[serde(default)]
+    pub functions: Limits,
+    /// Quick pictures are of the functions that are left where the field may be off by so much ([`Limits::max_rms`]), rather
+    /// than of tents through its samples; with [`Kernel::Functions`].
+    #[serde(default)]
+    pub quick_functions: Option<f64>,
 }
 
 impl Default for SplatSettings {
@@ -189,6 +197,8 @@ impl SplatSettings {
         backend: Backend::Auto,
         gouraud: Subdivisions { angles: 8, rings: 4 },
         cut: CutSettings::UNIFORM,
+        functions: Limits::NONE,
+        quick_functions: None,
     };
 
     /// What "exact" means: slabs, the interpolating cubic B-spline, pre-integrated.
@@ -226,6 +236,7 @@ impl SplatSettings {
             );
         }
         self.check_sources()?;
+        self.check_functions()?;
         if kernel.is_separable() && self.visibility != Visibility::Slabs {
             return refuse(
                 "--kernel linear or bspline with --visibility slabs",
@@ -328,6 +339,54 @@ impl SplatSettings {
         }
     }
 
+    /// What of basis functions can be left out.
+    fn check_functions(&self) -> Result<(), ModeError> {
+        let refuse = |expected, found: String, advice| Err(ModeError { expected, found, advice });
+        let Limits { per_cell, max_rms, .. } = self.functions;
+        if let Some(found) = per_cell.filter(|count| !Limits::PER_CELL.contains(count)) {
+            return refuse(
+                "--functions-per-cell between 1 and 65536",
+                found.to_string(),
+                "choose a number in that range",
+            );
+        }
+        if !max_rms.is_finite() || max_rms < 0.0 {
+            return refuse(
+                "--functions-error of 0 or more, in the units of values",
+                max_rms.to_string(),
+                "choose a number in that range",
+            );
+        }
+        if let Some(found) = self.quick_functions.filter(|rms| !rms.is_finite() || *rms <= 0.0) {
+            return refuse(
+                "--quick-functions-error above 0, in the units of values",
+                found.to_string(),
+                "choose a number in that range",
+            );
+        }
+        // What is added for those left out is no function, and has another integral.
+        if per_cell.is_some() && self.classify == Classify::Mean {
+            return refuse(
+                "--functions-per-cell with --classify after or pre-integrated",
+                format!("--classify {}", self.classify.name()),
+                "choose one of these, or leave --functions-per-cell out",
+            );
+        }
+        Ok(())
+    }
+
+    /// What of the basis functions is left out where these are drawn.
+    pub fn limits(&self) -> Limits {
+        if self.kernel == Kernel::Functions { self.functions } else { Limits::NONE }
+    }
+
+    /// What is left out of quick pictures, where these are of functions.
+    pub fn quick_limits(&self) -> Option<Limits> {
+        let max_rms = self.quick_functions.filter(|_| self.kernel == Kernel::Functions)?;
+        let max_rms = max_rms.max(self.functions.max_rms);
+        Some(Limits { max_rms, ..self.functions })
+    }
+
     /// What a mesh of triangles can be: laid down one by one, far to near, as triangles.
     fn check_mesh(&self) -> Result<(), ModeError> {
         let Subdivisions { angles, rings } = self.gouraud;
@@ -391,12 +450,17 @@ impl SplatSettings {
         }
     }
 
-    /// Whether finished pictures in two modes are the same: octree cuts take no part in a reconstructed field.
+    /// Whether finished pictures in two modes are the same: octree cuts take no part in a reconstructed field, nor what quick
+    /// pictures leave out in any.
     pub fn makes_same_picture(&self, other: &Self) -> bool {
         let reconstructs =
             self.visibility == Visibility::Slabs && self.classify != Classify::Before;
         let cut = if reconstructs { other.cut } else { self.cut };
-        Self { cut, ..*self } == *other
+        // Nor do limits of functions where none are drawn.
+        let functions =
+            if self.limits() == other.limits() { other.functions } else { self.functions };
+        let quick_functions = other.quick_functions;
+        Self { cut, functions, quick_functions, ..*self } == *other
     }
 
     /// What `render` draws with where nobody chose: triangles for every sample, composited far to

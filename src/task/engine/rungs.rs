@@ -517,6 +517,8 @@ pub(super) fn picture(
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
         vector_splats: (!scene.shows_field()).then_some(drawn.kernels),
         own_kernels: scene.own_kernels().filter(|_| scene.shows_field()),
+        left_out_of_quick: scene.left_out_of_quick().filter(|_| scene.shows_field()),
+        left_out_functions: scene.left_out_functions().filter(|_| scene.shows_field()),
         progress,
         ..FrameReport::last(level, total, Backend::Raster, drawn.wall_ms)
     };
