@@ -14,7 +14,7 @@ use voxsplat::rbf::{Basis, Encoding, Errors, Goal, Points, encode};
 use voxsplat::scene::{
     Classify, Isosurface, Lighting, SampleSource, Scene, Slice, SplatSettings, opening,
 };
-use voxsplat::task::encode::{Wanted, encode_field, residual};
+use voxsplat::task::encode::{Asked, Wanted, encode_field, residual};
 use voxsplat::task::still::Refine;
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction, presets};
 use voxsplat::volume::{Component, Grid, ScalarVolume, Shape};
@@ -53,12 +53,18 @@ fn neghip(data: &Path) -> Result<Grid> {
 
 /// Functions of a grid's first field, so many, and the seconds that took.
 fn fitted(grid: &Grid, functions: usize) -> Result<(f64, Encoded)> {
-    let goal = Goal { basis: Basis::Ellipsoid, max_error: 0.0, functions };
+    let asked = Asked {
+        basis: Basis::Ellipsoid,
+        max_error: Some(Wanted::Percent(0.01)),
+        mean_error: None,
+        bytes: None,
+        functions,
+        favour: None,
+    };
     let what = (grid, grid.field(None)?, Component::Index(0));
     let start = Instant::now();
     let go_on = |_| ControlFlow::Continue(());
-    let wanted = (Wanted::Percent(0.01), goal);
-    let encoded = encode_field(what, "neghip", wanted, None, &Ticket::new(), go_on)?;
+    let encoded = encode_field(what, "neghip", asked, None, &Ticket::new(), go_on)?;
     Ok((start.elapsed().as_secs_f64(), encoded))
 }
 
@@ -73,7 +79,7 @@ fn scene_of(grid: &Grid, encoded: &Encoded) -> Result<Scene> {
 /// One line of the table of fits.
 fn fit(points: &Points, basis: Basis, functions: usize) -> Result<(Encoding, Errors, f64)> {
     let start = Instant::now();
-    let goal = Goal { basis, max_error: 0.0, functions };
+    let goal = Goal { basis, max_error: 0.0, mean_error: f64::INFINITY, functions };
     let encoding = encode(points, goal, &Ticket::new(), |_| ControlFlow::Continue(()))?;
     let took = start.elapsed().as_secs_f64();
     let errors = encoding.errors(points, &Ticket::new())?;

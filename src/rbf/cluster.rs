@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SymmetricEigen};
 
 use super::points::Points;
 
-/// Points that lie together, and their residuals.
+/// Points that lie together, and their residuals by the roots of how much they count.
 #[derive(Debug, Clone)]
 pub(super) struct Cluster {
     pub(super) points: Vec<u32>,
@@ -41,8 +41,8 @@ impl Cluster {
         }
     }
 
-    /// Mean and covariance of the points whose residual has the sign of the worst one, weighted by its square. The mean is the
-    /// value-weighted one of the paper.
+    /// Mean and covariance of the points whose residual has the sign of the worst one, weighted by its square, as often as each
+    /// counts. The mean is the value-weighted one of the paper.
     pub(super) fn spread(&self, points: &Points, residual: &[f64]) -> Spread {
         let origin = points.positions()[self.worst.1 as usize];
         let (mut sum, mut mean, mut square) = (0.0, DVec3::ZERO, DMat3::ZERO);
