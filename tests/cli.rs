@@ -1453,6 +1453,91 @@ fn an_encoding_goes_on_from_an_earlier_one_of_the_same_field_and_no_other() {
 }
 
 #[test]
+fn an_encoding_ends_by_its_mean_error_or_by_the_bytes_of_its_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("f.vrbf");
+    let name = path.to_str().expect("UTF-8");
+    let encode = |flags: &[&str]| {
+        let made = voxsplat(&[&["encode", "demo:blobs:16", "-o", name][..], flags].concat());
+        (made.status.code(), errors(&made))
+    };
+    let told = || {
+        let output = voxsplat(&["info", name, "--json"]);
+        let info: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        (info["functions"].as_u64(), info["mean_error"].as_f64().expect("a number"))
+    };
+    let (code, said) = encode(&["--mean-error", "0.01"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(told().1 <= 0.01, "{:?}", told());
+    for bytes in [1600, 2600] {
+        let (code, said) = encode(&["--bytes", &bytes.to_string()]);
+        assert_eq!(code, Some(0), "{said}");
+        let len = std::fs::metadata(&path).expect("written").len();
+        assert!(len <= bytes && told().0 > Some(4), "{len} of {bytes}: {:?}", told());
+        assert!(!said.contains("not reached"), "nobody asked for an error: {said}");
+    }
+    let (code, said) = encode(&["--bytes", "1600", "--max-error", "0.0001%"]);
+    assert!(code == Some(0) && said.contains("not reached"), "{said}");
+    let cases: [(&[&str], i32, &str); 4] = [
+        (&["--bytes", "60"], 1, "found 60; allow more"),
+        (&["--bytes", "0"], 2, "whole number"),
+        (&["--bytes", "1k"], 2, "whole number"),
+        (&["--mean-error", "0"], 2, "above 0"),
+    ];
+    for (flags, expected, words) in cases {
+        let (code, said) = encode(flags);
+        assert!(code == Some(expected) && said.contains(words), "{flags:?}: {said}");
+    }
+}
+
+#[test]
+fn favoured_samples_are_told_apart_and_favoured_again_by_who_goes_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (first, second) = (at("first.vrbf"), at("second.vrbf"));
+    let encode = |output: &str, flags: &[&str]| {
+        let goal = ["encode", "demo:blobs:12", "-o", output, "--max-error", "0.01%"];
+        let made = voxsplat(&[&goal[..], flags].concat());
+        (made.status.code(), errors(&made))
+    };
+    let told = |file: &str| {
+        let output = voxsplat(&["info", file, "--json"]);
+        let info: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        (info["favoured_max_error"].as_f64(), info["max_error"].as_f64())
+    };
+    let favour =
+        ["--favour-range", "0.2:9", "--favour-box", "0%,50%,0,11,0%,100%", "--favour-times", "20"];
+    let (code, said) = encode(&first, &[&favour[..], &["--functions", "20"]].concat());
+    assert!(code == Some(0) && said.contains("(of the favoured samples greatest error"), "{said}");
+    let before = told(&first);
+    assert!(before.0.is_some() && before.0 <= before.1, "{before:?}");
+    let (code, said) = encode(&second, &["--resume", &first, "--functions", "40"]);
+    assert!(code == Some(0) && said.contains("(of the favoured samples greatest error"), "{said}");
+    let after = told(&second);
+    assert!(after.0.is_some() && after.1 <= before.1, "{before:?}, {after:?}");
+    let read = |file: &str| voxsplat::io::vrbf::load(Path::new(file)).expect("valid").source.favour;
+    let favoured = read(&first).expect("told");
+    assert_eq!((favoured.times, favoured.range), (20.0, Some([0.2, 9.0])));
+    assert!(favoured.region.is_some() && read(&second) == Some(favoured));
+
+    let cases: [(&[&str], i32, &str); 8] = [
+        (&["--favour-times", "5"], 2, "--favour-range or --favour-box"),
+        (&["--favour-range", "0:1", "--favour-times", "0.5"], 2, "at least 1"),
+        (&["--favour-range", "0:1", "--favour-times", "inf"], 2, "finite"),
+        (&["--favour-range", "0:1", "--favour-times", "1e12"], 1, "1 to 1000000000 times"),
+        (&["--favour-range", "1:0"], 2, "the least value first"),
+        (&["--favour-range", "700:800"], 1, "expected samples to favour"),
+        (&["--favour-box", "60%,50%,0,11,0%,100%"], 1, "--favour-box from a lesser"),
+        (&["--favour-box", "1,2,3"], 2, "six places"),
+    ];
+    for (flags, expected, words) in cases {
+        let (code, said) = encode(&at("not.vrbf"), &[flags, &["--functions", "9"]].concat());
+        assert!(code == Some(expected) && said.contains(words), "{flags:?}: {said}");
+    }
+    assert!(!folder.path().join("not.vrbf").exists());
+}
+
+#[test]
 fn cells_are_drawn_themselves_unless_flags_ask_for_samples_which_is_told() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();

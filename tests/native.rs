@@ -269,7 +269,8 @@ fn pictures_of_functions_that_cancel_are_near_the_references_or_are_told_not_to_
     let range = volume.statistics.max - volume.statistics.min;
     let samples = Places::Lattice(volume.lattice);
     let values = (0..volume.samples.len()).map(|i| (samples.at(i).0, volume.samples.get(i)));
-    let goal = Goal { basis: Basis::Gaussian, max_error: 0.02 * range, functions: 40 };
+    let mean_error = f64::INFINITY;
+    let goal = Goal { basis: Basis::Gaussian, max_error: 0.02 * range, mean_error, functions: 40 };
     let told = |_| ControlFlow::Continue(());
     let own = encode(&Points::new(values), goal, &Ticket::new(), told).unwrap();
     let mut faults = Vec::new();

@@ -15,7 +15,7 @@ use voxsplat::scene::{
     Classify, Isosurface, Lighting, SampleSource, Scene, Slice, SplatSettings, framing_camera,
     opening,
 };
-use voxsplat::task::encode::{Wanted, encode_field, residual};
+use voxsplat::task::encode::{Asked, Wanted, encode_field, residual};
 use voxsplat::task::still::{Refine, Still};
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction, presets};
 use voxsplat::volume::{
@@ -142,11 +142,18 @@ fn blunt_fin_tets(data: &Path) -> Result<Grid> {
 
 /// Functions of a grid's first field, so many, and the seconds that took.
 fn fitted(grid: &Grid, functions: usize) -> Result<(f64, Encoded)> {
+    let asked = Asked {
+        basis: Basis::Ellipsoid,
+        max_error: Some(Wanted::Percent(GREATEST)),
+        mean_error: None,
+        bytes: None,
+        functions,
+        favour: None,
+    };
     let what = (grid, grid.field(None)?, Component::Index(0));
     let start = Instant::now();
     let go_on = |_| ControlFlow::Continue(());
-    let wanted = (Wanted::Percent(GREATEST), goal(Basis::Ellipsoid, 0.0, functions));
-    let encoded = encode_field(what, "field", wanted, None, &Ticket::new(), go_on)?;
+    let encoded = encode_field(what, "field", asked, None, &Ticket::new(), go_on)?;
     Ok((start.elapsed().as_secs_f64(), encoded))
 }
 

@@ -17,26 +17,82 @@ use super::window::Window;
 use super::words;
 use crate::core::Ticket;
 use crate::io::{Encoded, vrbf};
-use crate::rbf::{Basis, Goal, Step};
+use crate::rbf::{Basis, Errors, Favour, Region, Step};
 use crate::scene::SplatSettings;
-use crate::task::encode::{FieldError, Wanted, encode_field, residual};
+use crate::task::encode::{Asked, FieldError, Wanted, encode_field, residual};
 use crate::task::output_file::OutputFile;
 use crate::volume::{Component, Field, Grid, ScalarVolume};
+
+/// What ends an encoding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum EncodeGoal {
+    /// The greatest error.
+    #[default]
+    Greatest,
+    /// The mean error.
+    Mean,
+    /// As many functions as a file of a size holds.
+    Bytes,
+}
+
+impl EncodeGoal {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Greatest, Self::Mean, Self::Bytes];
+}
 
 /// What a field is encoded by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EncodeChoice {
-    /// The greatest error, % of the values' range.
+    /// What ends it, beside the number of functions.
+    pub goal: EncodeGoal,
+    /// The error, % of the values' range.
     pub percent: f64,
+    /// The most kilobytes of a file.
+    pub kilobytes: u32,
     /// Functions at most.
     pub functions: u32,
     /// What they look like.
     pub basis: Basis,
+    /// Two values between which samples count more.
+    pub favoured: Option<[f64; 2]>,
+    /// Samples in the clip box count more, where there is one; with both those that are of both.
+    pub favours_clip_box: bool,
+    /// How many times as much they count.
+    pub times: f64,
 }
 
 impl Default for EncodeChoice {
     fn default() -> Self {
-        Self { percent: 2.0, functions: 2000, basis: Basis::default() }
+        Self {
+            goal: EncodeGoal::default(),
+            percent: 2.0,
+            kilobytes: 20,
+            functions: 2000,
+            basis: Basis::default(),
+            favoured: None,
+            favours_clip_box: false,
+            times: Favour::TIMES,
+        }
+    }
+}
+
+impl EncodeChoice {
+    /// What is asked for, with the samples in a region where that is to be favoured.
+    fn asked(&self, region: Option<Region>) -> Asked {
+        let of_goal =
+            |goal: EncodeGoal| (goal == self.goal).then_some(Wanted::Percent(self.percent));
+        let bytes = u64::from(self.kilobytes) * 1000;
+        let range = self.favoured.map(|[a, b]| [a.min(b), a.max(b)]);
+        let region = region.filter(|_| self.favours_clip_box);
+        let is_favouring = range.is_some() || region.is_some();
+        Asked {
+            basis: self.basis,
+            max_error: of_goal(EncodeGoal::Greatest),
+            mean_error: of_goal(EncodeGoal::Mean),
+            bytes: (self.goal == EncodeGoal::Bytes).then_some(bytes),
+            functions: self.functions as usize,
+            favour: is_favouring.then_some(Favour { times: self.times, range, region }),
+        }
     }
 }
 
@@ -61,15 +117,27 @@ pub(super) struct Encoding {
     volume: Arc<ScalarVolume>,
     /// The range of its values.
     range: f64,
+    /// What ends it.
+    goal: EncodeGoal,
     /// The fit that it goes on from.
     earlier: Option<Arc<Encoded>>,
 }
 
 impl Encoding {
-    /// How far it came, round by round: functions, and the greatest error as a share of the values' range.
+    /// What ends it.
+    pub(super) fn goal(&self) -> EncodeGoal {
+        self.goal
+    }
+
+    /// How far it came, round by round: functions, and the greatest error as a share of the values' range, or the mean one where
+    /// that is the goal.
     pub(super) fn steps(&self) -> Vec<(usize, f64)> {
         let steps = self.talk.steps.lock().unwrap_or_else(PoisonError::into_inner);
-        let share = |step: &Step| (step.functions, step.errors.max / self.range);
+        let error = |step: &Step| match self.goal {
+            EncodeGoal::Greatest | EncodeGoal::Bytes => step.errors.max,
+            EncodeGoal::Mean => step.errors.mean,
+        };
+        let share = |step: &Step| (step.functions, error(step) / self.range);
         steps.iter().map(share).collect()
     }
 
@@ -142,7 +210,13 @@ impl Window {
     /// Encodes the field on screen: from nothing, or from an earlier fit of it on.
     fn start_encoding(&mut self, ctx: &Context, earlier: Option<Arc<Encoded>>) {
         let Some(document) = &self.document else { return };
-        let EncodeChoice { percent, functions, basis } = self.encode_choice;
+        let bounds = self.scene.as_ref().and_then(|scene| scene.inside.clip.bounds);
+        let region = bounds.map(|bounds| bounds.region(&document.volume.lattice));
+        let mut asked = self.encode_choice.asked(region);
+        // A fit goes on with what it favoured.
+        let before = earlier.as_ref().and_then(|earlier| earlier.source.favour);
+        asked.favour = before.or(asked.favour);
+        let goal = self.encode_choice.goal;
         let (grid, component) = (Arc::clone(&document.grid), document.component);
         let (field, volume) = (document.field, Arc::clone(&document.volume));
         let range = volume.statistics.max - volume.statistics.min;
@@ -161,19 +235,17 @@ impl Window {
                 }
             }
         };
-        let goal = Goal { basis, max_error: 0.0, functions: functions as usize };
         let title = format!("Encoding {}", volume.name);
         let start = earlier.clone();
         let job = Job::start("encode", title, ctx, move |ticket| {
             let what = (&*grid, &grid.fields[field], component);
-            let goal = (Wanted::Percent(percent), goal);
             let start = start.as_deref();
             let told = |step| told(step, ticket);
-            let encoded = encode_field(what, &name, goal, start, ticket, told)?;
+            let encoded = encode_field(what, &name, asked, start, ticket, told)?;
             let left = residual(what, &encoded.encoding, ticket)?;
             Ok((encoded, left))
         });
-        self.encoding = Some(Encoding { job, talk, volume, range, earlier });
+        self.encoding = Some(Encoding { job, talk, volume, range, goal, earlier });
     }
 
     /// Puts functions beside the samples that they were fitted to, and shows them.
@@ -245,19 +317,33 @@ impl Window {
 /// was added to that.
 fn told_of(encoded: &Encoded, earlier: Option<&Encoded>) -> String {
     let count = words::count(encoded.encoding.functions().len() as u64);
-    let [max, mean, wanted] =
-        [encoded.errors.max, encoded.errors.mean, encoded.source.wanted].map(words::value);
-    let told = format!("{count} basis functions: greatest error {max}, mean {mean}");
+    let errors = |errors: &Errors| {
+        let [max, mean] = [errors.max, errors.mean].map(words::value);
+        format!("greatest error {max}, mean {mean}")
+    };
+    let favoured = match &encoded.favoured {
+        Some(favoured) => format!(". Of the favoured samples: {}", errors(favoured)),
+        None => String::new(),
+    };
+    let told = format!("{count} basis functions: {}{favoured}", errors(&encoded.errors));
+    let functions = encoded.encoding.functions();
+    let is_as_it_was = earlier.is_some_and(|earlier| earlier.encoding.functions() == functions);
+    let wanted = match (encoded.source.wanted, encoded.source.wanted_mean) {
+        (Some(error), _) => Some(("greatest", words::value(error))),
+        (None, Some(error)) => Some(("mean", words::value(error))),
+        (None, None) => None,
+    };
+    let told = match (encoded.is_as_near_as_asked_for(), is_as_it_was, wanted) {
+        (true, false, _) => told,
+        (true, true, Some(_)) => format!("{told}. They are as near as was asked for already"),
+        (_, true, _) => format!("{told}. Nothing nearer was found"),
+        (false, false, Some((which, error))) => {
+            format!("{told}. A {which} error of {error} takes more functions")
+        }
+        (false, false, None) => told,
+    };
     let beyond = encoded.told_beyond_samples().into_iter();
     let beyond: String =
         beyond.map(|sentence| format!(". {}", words::capital(&sentence))).collect();
-    let functions = encoded.encoding.functions();
-    let is_as_it_was = earlier.is_some_and(|earlier| earlier.encoding.functions() == functions);
-    let told = match (encoded.errors.max <= encoded.source.wanted, is_as_it_was) {
-        (true, false) => told,
-        (true, true) => format!("{told}. They are as near as was asked for already"),
-        (false, true) => format!("{told}. Nothing nearer was found"),
-        (false, false) => format!("{told}. A greatest error of {wanted} takes more functions"),
-    };
     told + &beyond
 }

@@ -258,7 +258,9 @@ impl Window {
         let choice = choice.flatten();
         let encoding_request = section_ui(ui, sections, "Basis functions", |ui| {
             let running = self.encoding.as_ref();
-            encoding::encoding_ui(ui, document, &mut self.encode_choice, running)
+            let has_clip_box = scene.inside.clip.bounds.is_some();
+            let choice = (&mut self.encode_choice, has_clip_box);
+            encoding::encoding_ui(ui, document, choice, running)
         });
         let vector_request = document.has_vectors().then(|| {
             section_ui(ui, sections, "Vectors", |ui| {

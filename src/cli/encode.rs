@@ -7,13 +7,14 @@ use std::time::Instant;
 use clap::Args;
 
 use super::flags::InputFlags;
+use super::inside::{self, Place};
 use super::progress::Progress;
 use super::{Destination, Failure, note, open, values};
 use crate::core::Ticket;
 use crate::core::memory::human_bytes;
 use crate::io::{Encoded, nrrd_bytes, vrbf};
-use crate::rbf::{Basis, Goal, four_digits};
-use crate::task::encode::{Wanted, encode_field};
+use crate::rbf::{Basis, Favour, four_digits};
+use crate::task::encode::{Asked, Wanted, encode_field};
 use crate::volume::{Component, Field, Shape};
 
 /// Samples for each function at least, where nobody says how many functions: more are no encoding.
@@ -31,10 +32,17 @@ pub struct EncodeFlags {
     /// Greatest difference of the functions' sum from any sample, in the data's units; with % of their range
     /// [with --resume, default: what the earlier fit was to reach]
     #[arg(long, value_name = "E", value_parser = values::wanted_error, allow_hyphen_values = true,
-        required_unless_present = "resume")]
+        required_unless_present_any = ["mean_error", "bytes", "resume"])]
     pub max_error: Option<Wanted>,
-    /// Functions at most: what comes nearest by so many is written, also if that is further than --max-error
-    /// [default: one for 20 samples, and else nothing is written]
+    /// Mean of the differences' sizes, likewise; with --max-error both are to be reached
+    #[arg(long, value_name = "E", value_parser = values::wanted_error, allow_hyphen_values = true)]
+    pub mean_error: Option<Wanted>,
+    /// Bytes of the file at most: what comes nearest within them is written, also if that is further than an error that is
+    /// asked for
+    #[arg(long, value_name = "N", value_parser = values::bytes, allow_hyphen_values = true)]
+    pub bytes: Option<u64>,
+    /// Functions at most: what comes nearest by so many is written, also if that is further than --max-error or
+    /// --mean-error [default: one for 20 samples, and else nothing is written; with --bytes as many as they hold]
     #[arg(long, value_name = "N", value_parser = values::functions, allow_hyphen_values = true)]
     pub functions: Option<usize>,
     /// Ends after the round in which so many seconds have passed: what comes nearest until then is written, also if that is
@@ -49,6 +57,17 @@ pub struct EncodeFlags {
     /// greatest error never grows
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
+    /// Favour samples of these values: they count more than the others, so that the sum comes nearer there. The errors
+    /// asked for are of all samples alike [with --resume, default: those that the earlier fit favoured]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = values::value_range, allow_hyphen_values = true)]
+    pub favour_range: Option<[f64; 2]>,
+    /// Favour samples in a box, given as that of `render --clip-box`; with --favour-range those that are of both
+    #[arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = inside::places,
+        allow_hyphen_values = true)]
+    pub favour_box: Option<[Place; 6]>,
+    /// How many times as much favoured samples count, 1 or more [default: 10]
+    #[arg(long, value_name = "T", value_parser = values::times, allow_hyphen_values = true)]
+    pub favour_times: Option<f64>,
     /// Field to encode [default: the active one]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
@@ -81,18 +100,31 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     let failed = |error: &dyn std::fmt::Display| Failure::Failed(input.about(&error.to_string()));
     let field = input.field(flags.field.as_deref()).map_err(|error| failed(&error))?;
     let component = flags.component.unwrap_or(Component::usual(field.components));
-    let goal = Goal {
-        basis: basis(flags, earlier.as_ref()),
-        max_error: 0.0,
-        functions: most_functions(flags, field, earlier.as_ref())?,
-    };
-    let wanted = wanted(flags, earlier.as_ref())?;
     let ticket = Ticket::new();
+    let region = match flags.favour_box {
+        None => None,
+        Some(places) => {
+            let volume = input.grid.scalar(field, component, &ticket);
+            let volume = volume.map_err(|error| failed(&error))?;
+            let within = inside::box_between(places, "--favour-box", &volume);
+            Some(within.map_err(|error| failed(&error))?.region(&volume.lattice))
+        }
+    };
+    let favour = Favour { times: Favour::TIMES, range: flags.favour_range, region };
+    let (max_error, mean_error, bytes) = goals(flags, earlier.as_ref());
+    let asked = Asked {
+        basis: basis(flags, earlier.as_ref()),
+        max_error,
+        mean_error,
+        bytes,
+        functions: most_functions(flags, bytes, field, earlier.as_ref())?,
+        favour: favoured(flags, favour, earlier.as_ref())?,
+    };
     let start = Instant::now();
     let encoded = {
         let _progress = Progress::of(&ticket, "Encoding");
         let what = (&input.grid, field, component);
-        encode_field(what, &input.name(), (wanted, goal), earlier.as_ref(), &ticket, |step| {
+        encode_field(what, &input.name(), asked, earlier.as_ref(), &ticket, |step| {
             // Where there is no function yet, the first round is awaited.
             let is_late = flags.seconds.is_some_and(|most| start.elapsed().as_secs_f64() >= most);
             match is_late && step.functions > 0 {
@@ -102,22 +134,23 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
         })
     };
     let encoded = encoded.map_err(|error| failed(&error))?;
-    let (wanted, errors) = (encoded.source.wanted, encoded.errors);
+    let errors = encoded.errors;
     let count = encoded.encoding.functions().len();
-    if errors.max > wanted {
-        let least = four_digits(wanted);
-        if flags.functions.is_none() && flags.seconds.is_none() {
+    let is_reached = encoded.is_as_near_as_asked_for();
+    if !is_reached {
+        let wanted = wanted_words(&encoded);
+        if flags.functions.is_none() && bytes.is_none() && flags.seconds.is_none() {
             return Err(failed(&format!(
-                "expected a greatest error of {least} at most, found that {count} functions have this: {errors}; ask for less, or \
+                "expected {wanted} at most, found that {count} functions have this: {errors}; ask for less, or \
                  say with --functions how many may be taken, or with --seconds how long it may take: what comes nearest is written then"
             )));
         }
-        note(&format!("a greatest error of {least} was not reached"));
+        note(&format!("{wanted} was not reached"));
     }
     let is_as_it_was =
         |earlier: &Encoded| earlier.encoding.functions() == encoded.encoding.functions();
     if earlier.as_ref().is_some_and(is_as_it_was) {
-        note(match errors.max <= wanted {
+        note(match is_reached {
             true => "the earlier fit is as near already: its functions are written as they are",
             false => {
                 "nothing nearer was found: the functions of the earlier fit are written as they are"
@@ -128,8 +161,12 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     let bytes = vrbf::bytes(&encoded).map_err(Failure::Failed)?;
     destination.write(&bytes)?;
     if matches!(destination, Destination::File(_)) {
+        let favoured = match encoded.favoured {
+            Some(errors) => format!(" (of the favoured samples {errors})"),
+            None => String::new(),
+        };
         note(&format!(
-            "{count} functions, {errors}, {} for {} samples, {:.1} s",
+            "{count} functions, {errors}{favoured}, {} for {} samples, {:.1} s",
             human_bytes(bytes.len() as u64),
             encoded.source.samples,
             start.elapsed().as_secs_f64()
@@ -144,17 +181,55 @@ fn basis(flags: &EncodeFlags, earlier: Option<&Encoded>) -> Basis {
     flags.basis.or(own).unwrap_or_default()
 }
 
-/// How near they are to come: as asked for, or as an earlier fit was to.
-fn wanted(flags: &EncodeFlags, earlier: Option<&Encoded>) -> Result<Wanted, Failure> {
-    let own = earlier.map(|earlier| Wanted::Units(earlier.source.wanted));
-    flags.max_error.or(own).ok_or_else(|| {
-        Failure::Usage("expected --max-error, found nothing; say how near it is to come".to_owned())
-    })
+/// The greatest and the mean error, and the bytes of a file: as asked for, or where nothing is, as an earlier fit was to reach.
+fn goals(
+    flags: &EncodeFlags,
+    earlier: Option<&Encoded>,
+) -> (Option<Wanted>, Option<Wanted>, Option<u64>) {
+    let own = (flags.max_error, flags.mean_error, flags.bytes);
+    match earlier.map(|earlier| &earlier.source) {
+        Some(source) if own == (None, None, None) => {
+            // Who says how many functions there may be has said how long it may get.
+            let bytes = source.wanted_bytes.filter(|_| flags.functions.is_none());
+            (source.wanted.map(Wanted::Units), source.wanted_mean.map(Wanted::Units), bytes)
+        }
+        _ => own,
+    }
+}
+
+/// The errors that were asked for, for people.
+fn wanted_words(encoded: &Encoded) -> String {
+    let wanted = |what: &str, error: Option<f64>| {
+        error.map(|error| format!("a {what} error of {}", four_digits(error)))
+    };
+    let all =
+        [wanted("greatest", encoded.source.wanted), wanted("mean", encoded.source.wanted_mean)];
+    all.into_iter().flatten().collect::<Vec<_>>().join(" and ")
+}
+
+/// Which samples count more: those of the flags, or else of an earlier fit; how much more as said, as there, or as usual.
+fn favoured(
+    flags: &EncodeFlags,
+    own: Favour,
+    earlier: Option<&Encoded>,
+) -> Result<Option<Favour>, Failure> {
+    let before = earlier.and_then(|earlier| earlier.source.favour);
+    let is_said = own.range.is_some() || own.region.is_some();
+    let chosen = if is_said { Some(own) } else { before };
+    match (chosen, flags.favour_times) {
+        (None, Some(_)) => Err(Failure::Usage(
+            "expected --favour-range or --favour-box with --favour-times, found neither; say which samples are favoured"
+                .to_owned(),
+        )),
+        (Some(favour), Some(times)) => Ok(Some(Favour { times, ..favour })),
+        (chosen, None) => Ok(chosen),
+    }
 }
 
 /// Functions at most: not fewer than those of an earlier fit, of which none are taken away.
 fn most_functions(
     flags: &EncodeFlags,
+    bytes: Option<u64>,
     field: &Field,
     earlier: Option<&Encoded>,
 ) -> Result<usize, Failure> {
@@ -167,6 +242,7 @@ fn most_functions(
             flags.resume.as_deref().unwrap_or(Path::new("")).display()
         ))),
         Some(most) => Ok(most),
+        None if bytes.is_some() => Ok(usize::MAX),
         None => Ok(usual.max(own).max(1)),
     }
 }

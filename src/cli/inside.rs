@@ -119,26 +119,36 @@ impl ClipFlags {
     /// # Errors
     /// One sentence where the box has no inside, or lies beyond the volume.
     pub fn resolve(&self, volume: &ScalarVolume) -> Result<Clip, String> {
-        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            let Some(places) = self.clip_box else { break };
-            let ends = [places[2 * axis], places[2 * axis + 1]];
-            let [low, high] = ends.map(|place| place.share(volume, axis));
-            if !(low < high && low >= 0.0 && high <= 1.0) {
-                let ([_, numbers], range) = numbers_along(volume, axis);
-                return Err(format!(
-                    "expected --clip-box from a lesser to a greater place along {name}, of the {numbers} {range} or of \
-                     0% to 100%, found {} to {}; give two of those",
-                    ends[0].words(),
-                    ends[1].words()
-                ));
-            }
-        }
-        let bounds = self.clip_box.map(|places| {
-            let end = |end: usize| std::array::from_fn(|a| places[2 * a + end].share(volume, a));
-            ClipBox { low: end(0), high: end(1) }
-        });
+        let bounds = self.clip_box.map(|places| box_between(places, "--clip-box", volume));
+        let bounds = bounds.transpose()?;
         Ok(Clip { bounds, planes: self.clip_plane.clone(), faces: CutFaces::Through })
     }
+}
+
+/// The part of a volume between places that a flag gives.
+///
+/// # Errors
+/// One sentence where it has no inside, or lies beyond the volume.
+pub(super) fn box_between(
+    places: [Place; 6],
+    flag: &str,
+    volume: &ScalarVolume,
+) -> Result<ClipBox, String> {
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let ends = [places[2 * axis], places[2 * axis + 1]];
+        let [low, high] = ends.map(|place| place.share(volume, axis));
+        if !(low < high && low >= 0.0 && high <= 1.0) {
+            let ([_, numbers], range) = numbers_along(volume, axis);
+            return Err(format!(
+                "expected {flag} from a lesser to a greater place along {name}, of the {numbers} {range} or of \
+                 0% to 100%, found {} to {}; give two of those",
+                ends[0].words(),
+                ends[1].words()
+            ));
+        }
+    }
+    let end = |end: usize| std::array::from_fn(|a| places[2 * a + end].share(volume, a));
+    Ok(ClipBox { low: end(0), high: end(1) })
 }
 
 impl InsideFlags {
@@ -235,7 +245,8 @@ fn place(text: &str) -> Result<Place, String> {
     }
 }
 
-fn places(text: &str) -> Result<[Place; 6], String> {
+/// Where a box begins and ends along each axis.
+pub(super) fn places(text: &str) -> Result<[Place; 6], String> {
     let places: Vec<Place> = text.split(',').map(place).collect::<Result<_, _>>()?;
     places.try_into().map_err(|_| {
         format!(

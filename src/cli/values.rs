@@ -161,12 +161,38 @@ pub(super) fn positive(text: &str) -> Parsed<f64> {
     }
 }
 
-/// A greatest error: in the data's units, or % of their range.
+/// An error: in the data's units, or % of their range.
 pub(super) fn wanted_error(text: &str) -> Parsed<Wanted> {
     match text.trim().strip_suffix('%') {
         Some(percent) => positive(percent).map(Wanted::Percent),
         None => positive(text).map(Wanted::Units),
     }
+}
+
+/// Two values LOW:HIGH, the least first; they may be the same.
+pub(super) fn value_range(text: &str) -> Parsed<[f64; 2]> {
+    let ends = text.split_once(':');
+    let (low, high) =
+        ends.ok_or_else(|| format!("expected two values LOW:HIGH, found {}", found(text)))?;
+    match [number(low)?, number(high)?] {
+        [low, high] if low > high => {
+            Err(format!("expected LOW:HIGH, the least value first, found {}", found(text)))
+        }
+        range => Ok(range),
+    }
+}
+
+/// How many times as much samples count.
+pub(super) fn times(text: &str) -> Parsed<f64> {
+    match number(text)? {
+        value if value >= 1.0 => Ok(value),
+        _ => Err(format!("expected a number of at least 1, found {}", found(text))),
+    }
+}
+
+/// The most bytes of a file.
+pub(super) fn bytes(text: &str) -> Parsed<u64> {
+    whole_number(text, 1..=u64::MAX)
 }
 
 /// How many basis functions.
@@ -368,6 +394,11 @@ mod tests {
             vector("1,2,nan").unwrap_err(),
             direction("0,0,0").unwrap_err(),
             positive("-1").unwrap_err(),
+            times("0").unwrap_err(),
+            value_range("3").unwrap_err(),
+            value_range("3:2").unwrap_err(),
+            value_range("3:nan").unwrap_err(),
+            bytes("-4").unwrap_err(),
             positive("inf").unwrap_err(),
             view_angle("180").unwrap_err(),
             dims("4,0,4").unwrap_err(),
@@ -387,6 +418,10 @@ mod tests {
     #[test]
     fn the_ends_of_what_can_be_meant_are_where_they_are_said_to_be() {
         assert!(positive("0").is_err() && positive("1e-9").is_ok());
+        assert!(times("0.999").is_err() && times("1").is_ok() && times("inf").is_err());
+        assert_eq!(value_range("-1:2"), Ok([-1.0, 2.0]));
+        assert_eq!(value_range("2:2"), Ok([2.0, 2.0]));
+        assert!(value_range("2:1").is_err() && bytes("0").is_err());
         assert!(view_angle("0").is_err() && view_angle("179.9").is_ok());
         assert!(resolution("0,4").is_err() && resolution("4,0").is_err());
         assert_eq!(resolution("1, 4"), Ok([1, 4]));

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::rbf::{Encoding, Errors, four_digits};
+use crate::rbf::{Encoding, Errors, Favour, four_digits};
 use crate::volume::Lattice;
 
 /// Functions, and what is known of them.
@@ -10,8 +10,10 @@ use crate::volume::Lattice;
 pub struct Encoded {
     /// The functions.
     pub encoding: Encoding,
-    /// How far their sum is from the samples.
+    /// How far their sum is from the samples, all of which count the same here.
     pub errors: Errors,
+    /// The same of those that were favoured, where some were.
+    pub favoured: Option<Errors>,
     /// What they were fitted to.
     pub source: Source,
     /// How far their sum goes beyond the range of the samples, in the middles between these; 0 where it stays within.
@@ -29,8 +31,14 @@ pub struct Source {
     pub samples: usize,
     /// How many were not, and are nowhere in the sum.
     pub left_out: usize,
-    /// The greatest error that was asked for, in the samples' units.
-    pub wanted: f64,
+    /// The greatest error that was asked for, in the samples' units, if one was.
+    pub wanted: Option<f64>,
+    /// The mean error that was asked for, likewise.
+    pub wanted_mean: Option<f64>,
+    /// The most bytes that a file of them was to have, if that was asked for.
+    pub wanted_bytes: Option<u64>,
+    /// Which samples counted more, if some did.
+    pub favour: Option<Favour>,
     /// Where the samples lie; of what is not evenly spaced, as many over the same box.
     pub lattice: Lattice,
     /// Whether samples lie all over their box. Those of meshes, of bent grids and of points may not.
@@ -56,11 +64,24 @@ pub struct Facts {
     pub rms_error: f64,
     /// How far the sum goes beyond the range of the source's samples between these.
     pub overshoot: f64,
+    /// The greatest difference from the samples that were favoured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub favoured_max_error: Option<f64>,
+    /// The mean of the differences' sizes there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub favoured_mean_error: Option<f64>,
     /// The file that was encoded.
     pub source: String,
 }
 
 impl Encoded {
+    /// Whether its errors are as small as was asked for.
+    pub fn is_as_near_as_asked_for(&self) -> bool {
+        let Source { wanted, wanted_mean, .. } = self.source;
+        let is_within = |error: f64, wanted: Option<f64>| wanted.is_none_or(|most| error <= most);
+        is_within(self.errors.max, wanted) && is_within(self.errors.mean, wanted_mean)
+    }
+
     /// What errors at the samples do not tell of the sum, a sentence each, for people.
     pub fn told_beyond_samples(&self) -> Vec<String> {
         let mut told = Vec::new();
@@ -88,6 +109,8 @@ impl Encoded {
             mean_error: self.errors.mean,
             rms_error: self.errors.rms,
             overshoot: self.overshoot,
+            favoured_max_error: self.favoured.map(|errors| errors.max),
+            favoured_mean_error: self.favoured.map(|errors| errors.mean),
             source: self.source.name.clone(),
         }
     }

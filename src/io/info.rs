@@ -311,6 +311,11 @@ impl fmt::Display for Info {
                 number(encoding.max_error),
                 number(encoding.mean_error),
             )?;
+            let favoured = encoding.favoured_max_error.zip(encoding.favoured_mean_error);
+            if let Some((greatest, mean)) = favoured {
+                let [greatest, mean] = [greatest, mean].map(number);
+                writeln!(f, "{:<11}greatest error {greatest}, mean {mean}", "favoured")?;
+            }
         }
         for field in &self.fields {
             let is_single = field.scalar_type == ScalarType::Float32.name();

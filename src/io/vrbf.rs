@@ -1,8 +1,11 @@
 //! Fields as basis functions (`.vrbf`): written by `voxsplat encode`.
 //!
-//! A line of letters and the version, a line of JSON that people can read, and the functions: 32-bit little-endian floats,
-//! of each the centre less the box's least corner, the shape (its upper triangle by rows; one number where it is as wide in
-//! every direction), and the weight. A CRC-32 of these is in the header.
+//! A line of letters and the version, a line of JSON that people can read, and the functions: whole numbers of two or three
+//! bytes (`packed`), or, in files of version 1 and where that would bring errors, 32-bit little-endian floats, of each the
+//! centre less the box's least corner, the shape (its upper triangle by rows; one number where it is as wide in every
+//! direction), and the weight. A CRC-32 of these bytes is in the header.
+
+mod packed;
 
 use std::io::Read;
 use std::path::Path;
@@ -12,18 +15,23 @@ use flate2::Crc;
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
+use self::packed::{Column, Packed};
 use super::error::{Problem, ReadError, corrupt, header, quoted, truncated, unsupported};
 use super::{Encoded, Format, Opened, Source, files};
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::rbf::{Basis, Encoding, Errors, Function, four_digits};
+use crate::rbf::{Basis, Encoding, Errors, Favour, Function, four_digits};
 use crate::volume::{Association, Field, Grid, Lattice, Places, Samples};
 
 /// How a file begins.
 pub(super) const MAGIC: &[u8] = b"VOXSPLAT RBF ";
-const VERSION: &str = "1";
+const VERSION: &str = "2";
+/// Of which the functions are floats.
+const FIRST_VERSION: &str = "1";
 /// Of the two lines.
 const MOST_HEADER_BYTES: u64 = 1 << 16;
+/// What a function takes in memory, also while it is read.
+const BYTES_IN_MEMORY: u64 = 400;
 /// A file of more is not one of these.
 const MOST_FUNCTIONS: usize = 1 << 24;
 /// Rounding below this share of the values' range is not seen, of colours in 8 bits.
@@ -42,7 +50,20 @@ struct Header {
     bounds: [f64; 6],
     errors: Errors,
     /// Greatest error that was asked for.
-    wanted: f64,
+    #[serde(default)]
+    wanted: Option<f64>,
+    /// Mean error that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    wanted_mean: Option<f64>,
+    /// Most bytes that were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    wanted_bytes: Option<u64>,
+    /// Which samples counted more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    favour: Option<Favour>,
+    /// The errors of these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    favoured: Option<Errors>,
     source: String,
     field: String,
     samples: usize,
@@ -62,6 +83,9 @@ struct Header {
     direction: [f64; 9],
     space: Option<String>,
     unit: Option<String>,
+    /// How functions are whole numbers; floats where it is not there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    packed: Option<Layout>,
     crc32: u32,
 }
 
@@ -70,16 +94,55 @@ fn usually() -> bool {
     true
 }
 
-/// The same functions with the 32-bit numbers that a file holds. Stated errors are of these.
+/// How functions are whole numbers.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Layout {
+    /// Of each number of a function.
+    columns: Vec<Column>,
+    /// By zlib.
+    deflated: bool,
+    /// As they are in the file.
+    bytes: u64,
+}
+
+/// How finely a file holds functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// Two bytes a number.
+    Bits16,
+    /// The same, and three of weights.
+    Weights24,
+    /// Three bytes a number.
+    Bits24,
+    /// Floats of four bytes.
+    Single,
+}
+
+impl Precision {
+    /// All of them, the shortest first.
+    pub const ALL: [Self; 4] = [Self::Bits16, Self::Weights24, Self::Bits24, Self::Single];
+
+    /// Of a whole number; of a function's weight, or of what else it has. `None` for floats.
+    fn bytes_of(self, is_weight: bool) -> Option<u8> {
+        match self {
+            Self::Bits16 => Some(2),
+            Self::Weights24 => Some(if is_weight { 3 } else { 2 }),
+            Self::Bits24 => Some(3),
+            Self::Single => None,
+        }
+    }
+}
+
+/// The same functions with the numbers that a file of that precision holds, at least; those that these make no more than ε are
+/// left out. Stated errors are of these. What was rounded so before stays as it is.
 #[must_use]
-pub fn rounded(encoding: &Encoding) -> Encoding {
+pub fn rounded(encoding: &Encoding, precision: Precision) -> Encoding {
     let low = encoding.bounds()[0];
-    let narrow = |v: f64| f64::from(v as f32);
-    let functions = encoding.functions().iter().map(|f| Function {
-        centre: DVec3::from((f.centre - low).to_array().map(narrow)) + low,
-        shape: DMat3::from_cols_array(&f.shape.to_cols_array().map(narrow)),
-        weight: narrow(f.weight),
-    });
+    let functions = match Packed::of(encoding, precision) {
+        Some(packed) => packed.functions(encoding.basis(), low),
+        None => encoding.functions().iter().map(|f| single(f, low)).collect(),
+    };
     Encoding::new(
         encoding.basis(),
         encoding.bias(),
@@ -89,13 +152,124 @@ pub fn rounded(encoding: &Encoding) -> Encoding {
     )
 }
 
-/// A file's content.
+fn single(function: &Function, low: DVec3) -> Function {
+    let narrow = |v: f64| f64::from(v as f32);
+    Function {
+        centre: DVec3::from((function.centre - low).to_array().map(narrow)) + low,
+        shape: DMat3::from_cols_array(&function.shape.to_cols_array().map(narrow)),
+        weight: narrow(function.weight),
+    }
+}
+
+/// Bytes that a function of the shortest precision takes at most: deflated ones may take less.
+pub fn bytes_a_function(basis: Basis) -> u64 {
+    2 * numbers_of(basis) as u64
+}
+
+/// Bytes that a file of so many functions of the shortest precision takes at most, whatever their numbers and errors are.
+pub fn most_bytes(functions: u64, basis: Basis, source: &Source) -> u64 {
+    // The number with the most letters.
+    let longest = -f64::MIN_POSITIVE;
+    let errors = Errors { max: longest, mean: longest, rms: longest };
+    let known = Header {
+        functions: MOST_FUNCTIONS,
+        bias: longest,
+        epsilon: longest,
+        bounds: [longest; 6],
+        errors,
+        favoured: source.favour.map(|_| errors),
+        overshoot: longest,
+        packed: Some(Layout {
+            columns: vec![Column::LONGEST; numbers_of(basis)],
+            deflated: false,
+            bytes: u64::MAX,
+        }),
+        crc32: u32::MAX,
+        ..header_of(basis, source)
+    };
+    // What no JSON can hold is told where it is to be written.
+    let line = serde_json::to_string(&known).map_or(0, |line| line.len());
+    let lines = MAGIC.len() + VERSION.len() + line + 2;
+    (lines as u64).saturating_add(functions.saturating_mul(bytes_a_function(basis)))
+}
+
+/// Functions of the shortest precision that a file of so many bytes has room for, whatever their numbers and errors are.
+pub fn most_functions(bytes: u64, basis: Basis, source: &Source) -> usize {
+    let left = bytes.saturating_sub(most_bytes(0, basis, source));
+    usize::try_from(left / bytes_a_function(basis)).unwrap_or(usize::MAX).min(MOST_FUNCTIONS)
+}
+
+/// What is told of a source, and of functions nothing.
+fn header_of(basis: Basis, source: &Source) -> Header {
+    let Lattice { dims, spacing, origin, direction } = source.lattice;
+    Header {
+        functions: 0,
+        basis,
+        bias: 0.0,
+        epsilon: 0.0,
+        bounds: [0.0; 6],
+        errors: Errors::default(),
+        wanted: source.wanted,
+        wanted_mean: source.wanted_mean,
+        wanted_bytes: source.wanted_bytes,
+        favour: source.favour,
+        favoured: None,
+        source: source.name.clone(),
+        field: source.field.clone(),
+        samples: source.samples,
+        left_out: source.left_out,
+        scattered: memory::checked_product(&dims.map(|n| n as u64))
+            != (source.samples as u64).checked_add(source.left_out as u64),
+        fills_box: source.fills_box,
+        overshoot: 0.0,
+        dims,
+        spacing: spacing.to_array(),
+        origin: origin.to_array(),
+        direction: direction.to_cols_array(),
+        space: source.space.clone(),
+        unit: source.unit.clone(),
+        packed: None,
+        crc32: 0,
+    }
+}
+
+/// A file's content: whole numbers where functions are such ([`rounded`]), and floats where they are not.
 ///
 /// # Errors
 /// What no JSON can hold, which are numbers that are not finite.
 pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
-    let Encoded { encoding, errors, source, overshoot } = encoded;
+    let Encoded { encoding, errors, favoured, source, overshoot } = encoded;
     let [low, high] = encoding.bounds();
+    let is_exact =
+        |packed: &Packed| packed.functions(encoding.basis(), low) == encoding.functions();
+    let mut all = Precision::ALL.into_iter().filter_map(|p| Packed::of(encoding, p));
+    let (packed, body) = match all.find(is_exact) {
+        Some(packed) => {
+            let (body, deflated) = packed.body();
+            let (columns, bytes) = (packed.columns, body.len() as u64);
+            (Some(Layout { columns, deflated, bytes }), body)
+        }
+        None => (None, singles(encoding)),
+    };
+    let header = Header {
+        functions: encoding.functions().len(),
+        bias: encoding.bias(),
+        epsilon: encoding.epsilon(),
+        bounds: [low.x, low.y, low.z, high.x, high.y, high.z],
+        errors: *errors,
+        favoured: *favoured,
+        overshoot: *overshoot,
+        packed,
+        crc32: checksum(&body),
+        ..header_of(encoding.basis(), source)
+    };
+    let line = serde_json::to_string(&header).map_err(|error| error.to_string())?;
+    Ok([MAGIC, VERSION.as_bytes(), b"\n", line.as_bytes(), b"\n", &body].concat())
+}
+
+/// Functions as floats.
+fn singles(encoding: &Encoding) -> Vec<u8> {
+    let low = encoding.bounds()[0];
     let mut body = Vec::new();
     for function in encoding.functions() {
         let mut numbers = (function.centre - low).to_array().to_vec();
@@ -110,33 +284,7 @@ pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
         numbers.push(function.weight);
         body.extend(numbers.into_iter().flat_map(|number| (number as f32).to_le_bytes()));
     }
-    let Lattice { dims, spacing, origin, direction } = source.lattice;
-    let header = Header {
-        functions: encoding.functions().len(),
-        basis: encoding.basis(),
-        bias: encoding.bias(),
-        epsilon: encoding.epsilon(),
-        bounds: [low.x, low.y, low.z, high.x, high.y, high.z],
-        errors: *errors,
-        wanted: source.wanted,
-        source: source.name.clone(),
-        field: source.field.clone(),
-        samples: source.samples,
-        left_out: source.left_out,
-        scattered: memory::checked_product(&dims.map(|n| n as u64))
-            != (source.samples as u64).checked_add(source.left_out as u64),
-        fills_box: source.fills_box,
-        overshoot: *overshoot,
-        dims,
-        spacing: spacing.to_array(),
-        origin: origin.to_array(),
-        direction: direction.to_cols_array(),
-        space: source.space.clone(),
-        unit: source.unit.clone(),
-        crc32: checksum(&body),
-    };
-    let line = serde_json::to_string(&header).map_err(|error| error.to_string())?;
-    Ok([MAGIC, VERSION.as_bytes(), b"\n", line.as_bytes(), b"\n", &body].concat())
+    body
 }
 
 fn checksum(body: &[u8]) -> u32 {
@@ -150,7 +298,7 @@ fn checksum(body: &[u8]) -> u32 {
 /// # Errors
 /// No such file, or a damaged one.
 pub fn load(path: &Path) -> Result<Encoded, ReadError> {
-    content(path).map_err(|problem| problem.at(path))
+    content(path, memory::free_bytes()).map_err(|problem| problem.at(path))
 }
 
 /// The sum as a grid: at the source's samples, or at `dims` samples over the same box.
@@ -160,7 +308,7 @@ pub(super) fn read(
     free_bytes: u64,
     ticket: &Ticket,
 ) -> Result<Opened, Problem> {
-    let encoded = content(path)?;
+    let encoded = content(path, free_bytes)?;
     let source = &encoded.source;
     let lattice = dims.map_or(source.lattice, |dims| with_dims(source.lattice, dims));
     let count = memory::checked_product(&lattice.dims.map(|n| n as u64));
@@ -190,6 +338,9 @@ pub(super) fn read(
         "{count} basis functions, and samples of their sum at {x} × {y} × {z} places; from the source's samples: {}",
         encoded.errors
     )];
+    if let Some(errors) = encoded.favoured {
+        warnings.push(format!("of the samples that were favoured: {errors}"));
+    }
     if source.left_out > 0 {
         warnings.push(format!(
             "not finite in the source, while the sum goes on there: {} samples",
@@ -223,7 +374,7 @@ fn with_dims(lattice: Lattice, dims: [usize; 3]) -> Lattice {
     Lattice { dims, spacing, ..lattice }
 }
 
-fn content(path: &Path) -> Result<Encoded, Problem> {
+fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
     let (file, len) = files::open_file(path)?;
     let mut reader = files::buffered(file);
     let mut start = Vec::new();
@@ -240,9 +391,9 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
         ));
     };
     let version = first.strip_prefix(MAGIC).unwrap_or_default();
-    if version != VERSION.as_bytes() {
+    if ![FIRST_VERSION, VERSION].map(str::as_bytes).contains(&version) {
         return Err(unsupported(
-            format!("version {VERSION} of the format"),
+            format!("version {FIRST_VERSION} or {VERSION} of the format"),
             quoted(&String::from_utf8_lossy(version)),
             "open it with the Voxsplat that wrote it",
         ));
@@ -261,8 +412,22 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
             "encode the source again with fewer",
         ));
     }
+    if let Some(packed) = &found.packed
+        && !Packed::are_sound(&packed.columns, found.basis)
+    {
+        return Err(header(
+            "whole numbers of functions, and their steps",
+            "others",
+            "encode the source again",
+        ));
+    }
+    let needed = (found.functions as u64).saturating_mul(BYTES_IN_MEMORY);
+    memory::require("the functions", needed, free_bytes)?;
     let each = numbers_of(found.basis);
-    let expected = (found.functions * each * 4) as u64;
+    let expected = match &found.packed {
+        Some(packed) => packed.bytes,
+        None => (found.functions * each * 4) as u64,
+    };
     let body_len = len - (start.len() - begun.len()) as u64;
     if body_len != expected {
         let sentence = (format!("{expected} bytes of functions"), body_len.to_string());
@@ -282,12 +447,23 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
     }
     let low = DVec3::from_slice(&found.bounds[..3]);
     let high = DVec3::from_slice(&found.bounds[3..]);
-    let floats: Vec<f64> = body
-        .chunks_exact(4)
-        .map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])))
-        .collect();
-    let functions: Vec<Function> =
-        floats.chunks_exact(each).map(|f| function(f, found.basis, low)).collect();
+    let functions = match found.packed {
+        Some(Layout { columns, deflated, .. }) => {
+            let packed = Packed::from_body(columns, found.functions, (&body[..], deflated));
+            let packed = packed.ok_or_else(|| {
+                let expected = format!("the numbers of {} functions", found.functions);
+                corrupt(expected, "others", "encode the source again")
+            })?;
+            packed.functions(found.basis, low)
+        }
+        None => {
+            let floats: Vec<f64> = body
+                .chunks_exact(4)
+                .map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])))
+                .collect();
+            floats.chunks_exact(each).map(|f| function(f, found.basis, low)).collect::<Vec<_>>()
+        }
+    };
     let is_sound = |f: &Function| {
         let determinant = f.shape.determinant();
         f.centre.is_finite() && f.weight.is_finite() && determinant.is_finite() && determinant > 0.0
@@ -301,9 +477,18 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
             "encode the source again",
         ));
     }
-    let told = [found.wanted, found.errors.max, found.errors.rms, found.overshoot];
-    if let Some(error) = told.into_iter().find(|error| error.is_nan() || *error < 0.0) {
+    let told = [Some(found.errors), found.favoured].into_iter().flatten();
+    let told = told.flat_map(|errors| [errors.max, errors.mean, errors.rms]);
+    let mut told = told.chain(found.wanted).chain(found.wanted_mean).chain([found.overshoot]);
+    if let Some(error) = told.find(|error| error.is_nan() || *error < 0.0) {
         return Err(header("errors of 0 or more", error.to_string(), "encode the source again"));
+    }
+    if let Some(Err(error)) = found.favour.map(|favour| favour.check()) {
+        return Err(header(
+            "samples that can be favoured",
+            quoted(&error.to_string()),
+            "encode the source again",
+        ));
     }
     let lattice = Lattice {
         dims: found.dims,
@@ -330,12 +515,16 @@ fn content(path: &Path) -> Result<Encoded, Problem> {
     Ok(Encoded {
         encoding: Encoding::new(found.basis, found.bias, found.epsilon, functions, [low, high]),
         errors: found.errors,
+        favoured: found.favoured,
         source: Source {
             name: found.source,
             field: found.field,
             samples: found.samples,
             left_out: found.left_out,
             wanted: found.wanted,
+            wanted_mean: found.wanted_mean,
+            wanted_bytes: found.wanted_bytes,
+            favour: found.favour,
             lattice,
             fills_box: found.fills_box && !found.scattered,
             space: found.space,

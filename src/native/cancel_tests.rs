@@ -20,7 +20,7 @@ use crate::core::{Camera, Cancelled, Ticket, assert_stops};
 use crate::kernel::{BOUND_BRICK, Bounds, Kernel, coefficients};
 use crate::plan::{KernelSlabs, Plan, SlabField};
 use crate::polygons::Mesh;
-use crate::rbf::{Basis, Encoding, Function};
+use crate::rbf::{Basis, Encoding, Function, Limits};
 use crate::scene::{
     self, Lighting, PolygonLayer, SampleSource, Scene, Shading, SplatSettings, VectorLayer,
 };
@@ -281,8 +281,11 @@ fn functions_are_made_summed_up_bounded_and_landed_some_at_a_time() {
     let encoding = Encoding::new(Basis::Gaussian, 0.0, 0.05, functions, bounds);
     // Lists of them take more (see there).
     let least = (3 * 16 * count) >> 14;
-    assert_stops("functions", least, |ticket| Functions::new(&encoding, lattice, ticket));
-    let functions = Functions::new(&encoding, lattice, &Ticket::new()).expect("not cancelled");
+    assert_stops("functions", least, |ticket| {
+        Functions::new(&encoding, &Limits::NONE, lattice, ticket)
+    });
+    let functions =
+        Functions::new(&encoding, &Limits::NONE, lattice, &Ticket::new()).expect("not cancelled");
     let rows = FEWER * FEWER;
     assert_stops("sums at samples", rows, |ticket| functions.at_samples(ticket));
     let bricks = unbounded(FEWER).ranges.len();

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::points::Points;
 use crate::core::progress::{Cancelled, Ticket};
 
-/// Points that lie together, and their residuals.
+/// Points that lie together, and their residuals by the roots of how much they count.
 #[derive(Debug, Clone)]
 pub(super) struct Cluster {
     pub(super) points: Vec<u32>,
@@ -43,8 +43,8 @@ impl Cluster {
         }
     }
 
-    /// Mean and covariance of the points whose residual has the sign of the worst one, weighted by its square. The mean is the
-    /// value-weighted one of the paper.
+    /// Mean and covariance of the points whose residual has the sign of the worst one, weighted by its square, as often as each
+    /// counts. The mean is the value-weighted one of the paper.
     pub(super) fn spread(&self, points: &Points, residual: &[f64]) -> Spread {
         let origin = points.positions()[self.worst.1 as usize];
         let (mut sum, mut mean, mut square) = (0.0, DVec3::ZERO, DMat3::ZERO);

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::cluster::{Cluster, Spread, principal, split_into};
 use super::encoding::{Encoding, Errors};
 use super::function::{Basis, Function};
-use super::points::Points;
-use super::refine::{Widths, refined, squared_error};
+use super::points::{Points, weighed};
+use super::refine::{Sample, Widths, refined, squared_error};
 use super::solve::{Column, least_squares};
 use crate::core::memory::{self, TooLarge};
 use crate::core::progress::{Cancelled, Ticket};
@@ -46,10 +46,25 @@ const PATIENCE: u32 = 6;
 pub struct Goal {
     /// What functions look like.
     pub basis: Basis,
-    /// The greatest error, in the samples' units; 0 for as near as the functions allow.
+    /// The greatest error, in the samples' units; 0 for as near as the functions allow, infinite where any will do.
     pub max_error: f64,
+    /// The mean of the errors' sizes, likewise.
+    pub mean_error: f64,
     /// Functions at most.
     pub functions: usize,
+}
+
+impl Goal {
+    /// Whether errors are as small as asked for.
+    pub fn is_met(&self, errors: &Errors) -> bool {
+        errors.max <= self.max_error && errors.mean <= self.mean_error
+    }
+
+    /// The error that functions may end by: the least that is asked for, if any.
+    fn least_error(&self) -> f64 {
+        let least = self.max_error.min(self.mean_error);
+        if least.is_finite() { least } else { 0.0 }
+    }
 }
 
 /// How far it is.
@@ -108,9 +123,10 @@ struct Fit<'a> {
     residual: Vec<f64>,
 }
 
-/// Fits functions to samples until no sample is further off than the goal's error, or the goal's number of functions is
-/// used, or more functions bring no more. The best sum found is returned in every case: [`Encoding::errors`] says how good it
-/// is. Each round is `told`, which may break it off. Where the ticket is paused it rests between two sweeps over all functions.
+/// Fits functions to samples until their errors are those of the goal, or the goal's number of functions is used, or more
+/// functions bring no more. The best sum found is returned in every case: [`Encoding::errors`] says how good it is. Where
+/// points count more than others ([`Points::weighted`]), that is what is fitted; the goal's errors are of all of them alike.
+/// Each round is `told`, which may break it off. Where the ticket is paused it rests between two sweeps over all functions.
 ///
 /// # Errors
 /// See [`EncodeError`].
@@ -161,6 +177,21 @@ pub(super) fn resume_within(
     fitted(fit, start.clone(), true, ticket, told)
 }
 
+/// The same functions by the weights, and above the bias, that come nearest to samples. Those that have a weight of no more
+/// than ε then are left out.
+///
+/// # Errors
+/// See [`EncodeError`].
+pub fn reweighted(points: &Points, start: &Encoding) -> Result<Encoding, EncodeError> {
+    let (basis, functions) = (start.basis(), start.functions().len());
+    let goal = Goal { basis, max_error: 0.0, mean_error: f64::INFINITY, functions };
+    let mut fit = Fit::new(points, goal)?;
+    fit.epsilon = start.epsilon();
+    fit.restore((start.functions().to_vec(), start.bias()));
+    fit.solve();
+    Ok(fit.encoding())
+}
+
 /// Adds functions and refines them until it is enough. What `start` gives stays the best until something is nearer.
 fn fitted(
     mut fit: Fit<'_>,
@@ -171,25 +202,31 @@ fn fitted(
 ) -> Result<Encoding, EncodeError> {
     let goal = fit.goal;
     let mut clusters = fit.clusters(ticket)?;
-    let mut best_errors = start.errors(fit.points, ticket)?;
+    let best_left = start.differences(fit.points, ticket)?;
+    let mut best_errors = Errors::of(&best_left);
     let mut best = start;
     // Who goes on from a fit has seen its greatest error, which is not to grow.
     let most = if is_resumed { best_errors.max } else { f64::INFINITY };
     // All of an earlier fit may be refined once more, also where no function may be added.
     let mut is_to_be_refined = is_resumed;
-    let mut nearest_rms = best_errors.rms;
+    let roots = fit.points.roots();
+    // As much as points count. What it is divided by does not matter.
+    let cost_of = |differences: &[f64]| Errors::of(&weighed(roots, differences)).rms;
+    let mut best_cost = cost_of(&best_left);
+    let mut nearest = best_cost;
     let mut since_nearer = 0;
     loop {
         let errors = Errors::of(&fit.residual);
         let is_enough = told(Step { functions: fit.functions.len(), errors }).is_break();
         ticket.checkpoint(fit.functions.len() as u64, goal.functions.max(1) as u64)?;
         let left = goal.functions.saturating_sub(fit.functions.len());
-        let is_near = best_errors.max <= goal.max_error;
+        let is_near = goal.is_met(&best_errors);
         let is_full = left == 0 && !is_to_be_refined;
         if is_enough || is_near || is_full || since_nearer >= PATIENCE {
             return Ok(best);
         }
         is_to_be_refined = false;
+        let cost = cost_of(&fit.residual);
         let before = (fit.functions.clone(), fit.bias);
         fit.add(&mut clusters, left);
         fit.solve();
@@ -197,27 +234,28 @@ fn fitted(
         for _ in 0..if is_last { LAST_SWEEPS } else { SWEEPS } {
             ticket.rest()?;
             ticket.checkpoint(fit.functions.len() as u64, goal.functions.max(1) as u64)?;
-            let before = Errors::of(&fit.residual).rms;
+            let before = cost_of(&fit.residual);
             fit.refine();
             fit.solve();
-            if Errors::of(&fit.residual).rms > ENOUGH * before {
+            if cost_of(&fit.residual) > ENOUGH * before {
                 break;
             }
         }
         // New cut-offs may cost more than new functions bring. Then other clusters are tried.
-        if Errors::of(&fit.residual).rms > errors.rms {
+        if cost_of(&fit.residual) > cost {
             fit.restore(before);
         }
         // As functions end by their own weights, which is what a file holds.
         let now = fit.encoding();
-        let now_errors = now.errors(fit.points, ticket)?;
-        since_nearer = if now_errors.rms < ENOUGH * nearest_rms { 0 } else { since_nearer + 1 };
-        nearest_rms = nearest_rms.min(now_errors.rms);
-        let is_nearer = now_errors.rms < best_errors.rms && now_errors.max <= most;
-        if now_errors.max <= goal.max_error || is_nearer {
-            (best, best_errors) = (now, now_errors);
+        let now_left = now.differences(fit.points, ticket)?;
+        let (now_errors, now_cost) = (Errors::of(&now_left), cost_of(&now_left));
+        since_nearer = if now_cost < ENOUGH * nearest { 0 } else { since_nearer + 1 };
+        nearest = nearest.min(now_cost);
+        if now_errors.max <= most && (goal.is_met(&now_errors) || now_cost < best_cost) {
+            (best, best_errors, best_cost) = (now, now_errors, now_cost);
         }
-        clusters.par_iter_mut().for_each(|cluster| cluster.measure(&fit.residual));
+        let left = weighed(roots, &fit.residual);
+        clusters.par_iter_mut().for_each(|cluster| cluster.measure(&left));
     }
 }
 
@@ -238,7 +276,7 @@ impl<'a> Fit<'a> {
         }
         // A mean that does not overflow.
         let bias = low + values.iter().map(|v| (v - low) / values.len() as f64).sum::<f64>();
-        let error = goal.max_error.max(LEAST_ERROR * range).max(f64::MIN_POSITIVE / EPSILON);
+        let error = goal.least_error().max(LEAST_ERROR * range).max(f64::MIN_POSITIVE / EPSILON);
         let spacing = points.spacing();
         let [least, greatest] = points.bounds();
         let most = (greatest - least).length().max(spacing);
@@ -262,8 +300,10 @@ impl<'a> Fit<'a> {
     /// All samples in one cluster more than there are functions, as many as fitting these would have left; fewer where
     /// they lie at fewer places.
     fn clusters(&self, ticket: &Ticket) -> Result<Vec<Cluster>, Cancelled> {
-        let all = Cluster::of((0..self.points.len() as u32).collect(), &self.residual);
-        split_into(self.functions.len() + 1, all, (self.points, &self.residual), ticket)
+        let all = (0..self.points.len() as u32).collect();
+        let left = weighed(self.points.roots(), &self.residual);
+        let all = Cluster::of(all, &left);
+        split_into(self.functions.len() + 1, all, (self.points, &left), ticket)
     }
 
     /// Adds a function in each of the clusters with the largest errors, and splits these clusters.
@@ -279,34 +319,36 @@ impl<'a> Fit<'a> {
         let others = clusters.split_off(wanted);
         let chosen = std::mem::replace(clusters, others);
         let is_missed = |cluster: &&Cluster| cluster.worst.0 != 0.0;
-        let added: Vec<Function> =
-            chosen.par_iter().filter(is_missed).map(|cluster| self.placed(cluster)).collect();
+        let left = weighed(self.points.roots(), &self.residual);
+        let missed = chosen.par_iter().filter(is_missed);
+        let added: Vec<Function> = missed.map(|cluster| self.placed(cluster, &left)).collect();
         let columns: Vec<Column> = added.par_iter().map(|function| self.column(function)).collect();
         // Each was fitted as if it were alone. Their weights are found together, so they begin at 0.
         self.functions
             .extend(added.into_iter().map(|function| Function { weight: 0.0, ..function }));
         self.columns.extend(columns);
         for cluster in chosen {
-            match cluster.split(self.points, &self.residual) {
+            match cluster.split(self.points, &left) {
                 Ok(halves) => clusters.extend(halves),
                 Err(whole) => clusters.push(whole),
             }
         }
     }
 
-    /// The function that removes most of a cluster's residual: a wide one about the weighted mean, or a narrow one at the worst
-    /// sample.
-    fn placed(&self, cluster: &Cluster) -> Function {
-        let Spread { mean, covariance } = cluster.spread(self.points, &self.residual);
+    /// The function that removes most of a cluster's residual, as much as its samples count: a wide one about the weighted mean,
+    /// or a narrow one at the worst sample. `left` is what is left by the roots of that.
+    fn placed(&self, cluster: &Cluster, left: &[f64]) -> Function {
+        let Spread { mean, covariance } = cluster.spread(self.points, left);
         let worst = self.points.positions()[cluster.worst.1 as usize];
         // The weights are squared residuals, and the square of a Gaussian has half its variance.
         let covariance = covariance * 2.0;
         let around = |centre: DVec3, shape: DMat3| {
-            let start = Function { centre, shape, weight: cluster.worst.0 };
+            let weight = self.residual[cluster.worst.1 as usize];
+            let start = Function { centre, shape, weight };
             let places = self.places(&start, false);
             let basis = self.goal.basis;
             let found = refined(basis, start, &places, self.widths);
-            let before: f64 = places.iter().map(|(_, value)| value * value).sum();
+            let before: f64 = places.iter().map(|place| (place.root * place.value).powi(2)).sum();
             (before - squared_error(basis, &found, &places), found)
         };
         let least = self.widths.least * 1.5;
@@ -335,7 +377,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Samples near a function, and their residuals. Of a function that is in the sum, what it gives is added back.
-    fn places(&self, function: &Function, is_in_sum: bool) -> Vec<(DVec3, f64)> {
+    fn places(&self, function: &Function, is_in_sum: bool) -> Vec<Sample> {
         let half = function.half_box(NEAR);
         let ranges = self.points.in_box(function.centre - half, function.centre + half);
         let mut near: Vec<usize> = Vec::new();
@@ -354,7 +396,7 @@ impl<'a> Fit<'a> {
             } else {
                 0.0
             };
-            (at, self.residual[i] + own)
+            Sample { at, value: self.residual[i] + own, root: self.points.root(i) }
         };
         (0..count).map(place).collect()
     }
@@ -398,7 +440,8 @@ impl<'a> Fit<'a> {
     fn solve(&mut self) {
         // What was exchanged left rounding behind.
         self.measure();
-        let changes = least_squares(&self.columns, &self.residual, DAMPING);
+        let roots = self.points.roots();
+        let changes = least_squares(&self.columns, &self.residual, roots, DAMPING);
         for (function, change) in self.functions.iter_mut().zip(&changes) {
             function.weight += change;
         }
@@ -458,8 +501,10 @@ impl<'a> Fit<'a> {
     /// Puts another function in the place of one, unless that makes the squared residual larger.
     fn exchange(&mut self, index: usize, function: Function, column: Column) {
         let own = self.functions[index].weight;
+        let points = self.points;
         let squares = |residual: &[f64], column: &Column| -> f64 {
-            column.points.iter().map(|point| residual[*point as usize].powi(2)).sum()
+            let weighed = |i: usize| residual[i] * points.root(i);
+            column.points.iter().map(|point| weighed(*point as usize).powi(2)).sum()
         };
         // Only the samples of the old and of the new one change.
         let whole = squares(&self.residual, &self.columns[index]);

@@ -309,9 +309,16 @@ impl Encoding {
     /// # Errors
     /// [`Cancelled`].
     pub fn errors(&self, points: &Points, ticket: &Ticket) -> Result<Errors, Cancelled> {
+        Ok(Errors::of(&self.differences(points, ticket)?))
+    }
+
+    /// What it leaves of samples, one a point.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn differences(&self, points: &Points, ticket: &Ticket) -> Result<Vec<f64>, Cancelled> {
         let values = self.values(points.positions(), ticket)?;
-        let pairs = values.iter().zip(points.values());
-        Ok(Errors::of(&pairs.map(|(own, value)| value - own).collect::<Vec<_>>()))
+        Ok(values.iter().zip(points.values()).map(|(own, value)| value - own).collect())
     }
 
     /// The sum without its least functions, by their L2 norms: as many as it can do without while what is left out is thought

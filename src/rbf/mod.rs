@@ -6,6 +6,7 @@
 mod cluster;
 mod encode;
 mod encoding;
+mod favour;
 mod function;
 mod limits;
 mod listed;
@@ -16,9 +17,10 @@ mod solve;
 #[cfg(test)]
 mod tests;
 
-pub use encode::{EncodeError, Goal, Step, encode, resume};
+pub use encode::{EncodeError, Goal, Step, encode, resume, reweighted};
 pub(crate) use encoding::four_digits;
 pub use encoding::{Blend, Encoding, Errors};
+pub use favour::{Favour, FavourError, Region};
 pub use function::{Basis, Function};
 pub use limits::Limits;
 pub use listed::{LeftOut, Listed};

@@ -1,5 +1,6 @@
 //! Samples anywhere in space, sorted into bins so that those near a place are found.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -14,6 +15,8 @@ const MOST_BINS: f64 = 256.0;
 pub struct Points {
     positions: Vec<DVec3>,
     values: Vec<f64>,
+    /// The roots of how much each counts; none where all count the same.
+    roots: Vec<f64>,
     /// How many were not finite, and are left out.
     left_out: usize,
     low: DVec3,
@@ -42,6 +45,7 @@ impl Points {
         let mut points = Self {
             positions: Vec::new(),
             values: Vec::new(),
+            roots: Vec::new(),
             left_out,
             low,
             high,
@@ -84,6 +88,34 @@ impl Points {
     fn bin(&self, at: DVec3) -> usize {
         let [x, y, z] = [0, 1, 2].map(|axis| self.bin_along(at, axis));
         (z * self.bins[1] + y) * self.bins[0] + x
+    }
+
+    /// The same points, each of which counts so much, by its place and value: as if it were there so often. Weights are finite
+    /// and above 0.
+    #[must_use]
+    pub fn weighted(mut self, weight: impl Fn(DVec3, f64) -> f64) -> Self {
+        let samples = self.positions.iter().zip(&self.values);
+        let roots = samples.map(|(at, value)| {
+            let weight = weight(*at, *value);
+            assert!(weight.is_finite() && weight > 0.0, "a sample that counts {weight} times");
+            weight.sqrt()
+        });
+        self.roots = roots.collect();
+        // Where all count the same, nothing is multiplied by it.
+        if self.roots.iter().all(|root| *root == 1.0) {
+            self.roots = Vec::new();
+        }
+        self
+    }
+
+    /// The root of how much a point counts: what its residual is multiplied by before it is squared.
+    pub(super) fn root(&self, index: usize) -> f64 {
+        self.roots.get(index).copied().unwrap_or(1.0)
+    }
+
+    /// Of all of them; none where all count the same.
+    pub(super) fn roots(&self) -> &[f64] {
+        &self.roots
     }
 
     /// How many there are.
@@ -157,4 +189,12 @@ fn bins(size: DVec3, count: usize) -> [usize; 3] {
     let volume: f64 = sides.iter().filter(|side| **side > 0.0).map(|side| side.ln()).sum();
     let side = ((volume - (count as f64 / A_BIN).max(1.0).ln()) / wide as f64).exp();
     sides.map(|own| if own > 0.0 { (own / side).clamp(1.0, MOST_BINS) as usize } else { 1 })
+}
+
+/// Numbers of each point by the roots of how much these count; as they are where there are none.
+pub(super) fn weighed<'v>(roots: &[f64], values: &'v [f64]) -> Cow<'v, [f64]> {
+    if roots.is_empty() {
+        return Cow::Borrowed(values);
+    }
+    values.iter().zip(roots).map(|(value, root)| value * root).collect()
 }

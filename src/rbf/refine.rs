@@ -27,12 +27,21 @@ impl Widths {
     }
 }
 
+/// What a function is fitted to at a place.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample {
+    pub(super) at: DVec3,
+    pub(super) value: f64,
+    /// The root of how much it counts.
+    pub(super) root: f64,
+}
+
 /// Moves a function nearer to values at places. The squared error never grows; a function that no step improves comes back
 /// unchanged.
 pub(super) fn refined(
     basis: Basis,
     start: Function,
-    places: &[(DVec3, f64)],
+    places: &[Sample],
     widths: Widths,
 ) -> Function {
     let mut best = start;
@@ -68,11 +77,12 @@ fn parameters(basis: Basis) -> usize {
     if basis == Basis::Ellipsoid { 10 } else { 5 }
 }
 
-/// Sum of the squared differences between a function and values at places.
-pub(super) fn squared_error(basis: Basis, function: &Function, places: &[(DVec3, f64)]) -> f64 {
-    let differences = places
-        .iter()
-        .map(|(at, value)| value - function.weight * basis.of_square(function.square(*at)));
+/// Sum of the squared differences between a function and values at places, each as often as it counts.
+pub(super) fn squared_error(basis: Basis, function: &Function, places: &[Sample]) -> f64 {
+    let differences = places.iter().map(|place| {
+        let own = function.weight * basis.of_square(function.square(place.at));
+        place.root * (place.value - own)
+    });
     differences.map(|d| d * d).sum()
 }
 
@@ -105,22 +115,18 @@ pub(super) fn derivatives(basis: Basis, function: &Function, at: DVec3) -> ([f64
 const TRIANGLE: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 /// The step for this damping: least squares by QR. Below the derivatives stands a row for each parameter, which holds it back.
-fn step(
-    basis: Basis,
-    function: &Function,
-    places: &[(DVec3, f64)],
-    damping: f64,
-) -> Option<Vec<f64>> {
+fn step(basis: Basis, function: &Function, places: &[Sample], damping: f64) -> Option<Vec<f64>> {
     let count = parameters(basis);
     let rows = places.len();
     let mut matrix = DMatrix::zeros(rows + count, count);
     let mut right = DVector::zeros(rows + count);
     let mut lengths = vec![0.0; count];
-    for (row, (at, value)) in places.iter().enumerate() {
+    for (row, Sample { at, value, root }) in places.iter().enumerate() {
         let (by, own) = derivatives(basis, function, *at);
-        right[row] = value - own;
+        right[row] = root * (value - own);
         for (column, by) in by.iter().take(count).enumerate() {
-            matrix[(row, column)] = *by;
+            let by = root * by;
+            matrix[(row, column)] = by;
             lengths[column] += by * by;
         }
     }

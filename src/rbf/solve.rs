@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::points::weighed;
+
 /// Columns are summed in so many parts side by side, and these in their order: the same bits by any number of threads.
 const PARTS: usize = 4;
 
@@ -24,22 +26,37 @@ impl Column {
         }
     }
 
-    fn norm(&self) -> f64 {
-        self.values.iter().map(|value| f64::from(*value).powi(2)).sum::<f64>().sqrt()
+    /// Of its values by the points' `roots`, where there are some.
+    fn norm(&self, roots: &[f64]) -> f64 {
+        let root = |point: &u32| roots.get(*point as usize).copied().unwrap_or(1.0);
+        let pairs = self.points.iter().zip(&self.values);
+        pairs.map(|(point, value)| (f64::from(*value) * root(point)).powi(2)).sum::<f64>().sqrt()
     }
 }
 
 /// The changes of all weights, and last that of the bias, that make the residual least in the sense of squares. The method is
 /// LSQR (Paige and Saunders 1982), which never forms the normal equations. Columns are scaled to a length of one. `damping`
 /// keeps the changes small, so that two columns that are nearly the same share a change instead of cancelling each other.
-pub(super) fn least_squares(columns: &[Column], residual: &[f64], damping: f64) -> Vec<f64> {
+///
+/// `roots` are those of how much each point counts, or none: rows are multiplied by them.
+pub(super) fn least_squares(
+    columns: &[Column],
+    residual: &[f64],
+    roots: &[f64],
+    damping: f64,
+) -> Vec<f64> {
     const MOST_TURNS: usize = 40;
     const ENOUGH: f64 = 1e-5;
-    let scales: Vec<f64> = columns.par_iter().map(|column| inverse(column.norm())).collect();
-    let constant = inverse((residual.len() as f64).sqrt());
+    let scales: Vec<f64> = columns.par_iter().map(|column| inverse(column.norm(roots))).collect();
+    let all = match roots {
+        [] => residual.len() as f64,
+        roots => roots.iter().map(|root| root * root).sum(),
+    };
+    let constant = inverse(all.sqrt());
     let transposed = |u: &[f64]| -> Vec<f64> {
+        let u = weighed(roots, u);
         let of_columns =
-            columns.par_iter().zip(&scales).map(|(column, scale)| column.dot(u) * scale);
+            columns.par_iter().zip(&scales).map(|(column, scale)| column.dot(&u) * scale);
         let mut all: Vec<f64> = of_columns.collect();
         all.push(u.iter().sum::<f64>() * constant);
         all
@@ -61,11 +78,12 @@ pub(super) fn least_squares(columns: &[Column], residual: &[f64], damping: f64) 
         }
         let last = v.last().copied().unwrap_or_default() * constant;
         sum.iter_mut().for_each(|value| *value += last);
+        sum.iter_mut().zip(roots).for_each(|(value, root)| *value *= root);
         sum
     };
 
     let mut x = vec![0.0; columns.len() + 1];
-    let mut u = residual.to_vec();
+    let mut u = weighed(roots, residual).into_owned();
     let mut beta = normalise(&mut u);
     let mut v = transposed(&u);
     let mut alpha = normalise(&mut v);

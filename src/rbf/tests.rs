@@ -18,7 +18,8 @@ use crate::core::{Ticket, assert_stops};
 /// cell or two: Gaussians 0.12, 0.11 and 0.10 with 1, 4 and 12 functions a cell, multiquadrics 0.02 to 0.03.
 const MOST_LEFT: f64 = 0.15;
 
-const GOAL: Goal = Goal { basis: Basis::Ellipsoid, max_error: 0.01, functions: 200 };
+const GOAL: Goal =
+    Goal { basis: Basis::Ellipsoid, max_error: 0.01, mean_error: f64::INFINITY, functions: 200 };
 
 /// Numbers in 0 to 1, always the same.
 fn random() -> impl FnMut() -> f64 {
@@ -137,14 +138,21 @@ fn weights_are_those_of_a_dense_decomposition() {
         .map(|values| Column { points: (0..rows as u32).collect(), values: values.clone() })
         .collect();
     let right: Vec<f64> = (0..rows).map(|_| next() * 4.0).collect();
-    let found = least_squares(&columns, &right, 0.0);
+    let found = least_squares(&columns, &right, &[], 0.0);
     let matrix = DMatrix::from_fn(rows, count + 1, |row, column| {
         if column == count { 1.0 } else { f64::from(dense[column][row]) }
     });
-    let svd = matrix.svd(true, true);
-    let expected = svd.solve(&DVector::from_vec(right), 1e-12).expect("it has both sides");
-    for (found, expected) in found.iter().zip(expected.iter()) {
-        assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+    let roots: Vec<f64> = (0..rows).map(|_| 0.3 + 2.0 * next()).collect();
+    let scale = DMatrix::from_diagonal(&DVector::from_vec(roots.clone()));
+    let weighed = least_squares(&columns, &right, &roots, 0.0);
+    let right = DVector::from_vec(right);
+    for (found, matrix, right) in
+        [(found, matrix.clone(), right.clone()), (weighed, &scale * matrix, &scale * right)]
+    {
+        let expected = matrix.svd(true, true).solve(&right, 1e-12).expect("it has both sides");
+        for (found, expected) in found.iter().zip(expected.iter()) {
+            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+        }
     }
 }
 
@@ -152,7 +160,7 @@ fn weights_are_those_of_a_dense_decomposition() {
 fn columns_that_are_the_same_share_what_they_stand_for() {
     let column = Column { points: vec![0, 1, 2], values: vec![1.0, 2.0, 1.0] };
     let columns = vec![column.clone(), column, Column::default()];
-    let weights = least_squares(&columns, &[2.0, 4.0, 2.0, 0.0], 1e-4);
+    let weights = least_squares(&columns, &[2.0, 4.0, 2.0, 0.0], &[], 1e-4);
     assert!((weights[0] - 1.0).abs() < 1e-3 && (weights[1] - 1.0).abs() < 1e-3, "{weights:?}");
     assert_eq!(weights[2], 0.0, "one that reaches nothing");
 }
@@ -172,7 +180,7 @@ fn columns_that_are_nearly_the_same_get_no_huge_opposite_weights() {
     let length = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
     let right: Vec<f64> = difference.iter().map(|v| v / length(&difference)).collect();
     let size = |damping: f64| {
-        let weights = least_squares(&columns, &right, damping);
+        let weights = least_squares(&columns, &right, &[], damping);
         weights[0].abs() + weights[1].abs()
     };
     // Measured: 187 and 75110. With damping λ no change is longer than that of the residual by 1/2λ.
@@ -200,7 +208,7 @@ fn weights_of_a_fit_do_not_grow_against_each_other() {
             .iter()
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
         for basis in Basis::ALL {
-            let goal = Goal { basis, max_error: 1e-4 * (high - low), functions: 60 };
+            let goal = Goal { basis, max_error: 1e-4 * (high - low), functions: 60, ..GOAL };
             let encoding = encoded(&points, goal);
             let sizes = |at: &DVec3| -> f64 {
                 let size = |f: &Function| f.weight.abs() * basis.of_square(f.square(*at));
@@ -226,7 +234,7 @@ fn no_width_is_below_the_sampling_or_beyond_the_box() {
         let [low, high] = points.bounds();
         let (least, most) = (0.5 * points.spacing(), (high - low).length());
         for basis in Basis::ALL {
-            let goal = Goal { basis, max_error: 1e-3, functions: 40 };
+            let goal = Goal { basis, max_error: 1e-3, functions: 40, ..GOAL };
             let encoding = encoded(&points, goal);
             assert!(!encoding.functions().is_empty(), "{name} {basis:?}");
             for function in encoding.functions() {
@@ -370,7 +378,7 @@ fn errors_fall_as_functions_are_added_and_every_basis_comes_as_near_as_asked_for
     let points = Points::new(lattice(14).map(|at| (at, value(at))));
     for basis in Basis::ALL {
         let mut steps = Vec::new();
-        let goal = Goal { basis, max_error: 0.1, functions: 600 };
+        let goal = Goal { basis, max_error: 0.1, functions: 600, ..GOAL };
         let encoding = encode(&points, goal, &Ticket::new(), |step| {
             steps.push(step);
             ControlFlow::Continue(())
@@ -548,7 +556,7 @@ fn errors_of(encoding: &Encoding, points: &Points) -> Errors {
 fn a_fit_goes_on_from_an_earlier_one_and_comes_as_near_as_one_made_at_once() {
     let points = Points::new(lattice(12).map(|at| (at, rough(at))));
     for basis in Basis::ALL {
-        let goal = |functions| Goal { basis, max_error: 1e-6, functions };
+        let goal = |functions| Goal { basis, max_error: 1e-6, functions, ..GOAL };
         let few = encoded(&points, goal(40));
         let at_once = errors_of(&encoded(&points, goal(80)), &points);
         let before = errors_of(&few, &points);
@@ -659,6 +667,110 @@ fn stated_errors_are_those_of_all_functions_at_all_samples() {
                 "{basis:?}: {stated} {expected}"
             );
         }
+    }
+}
+
+#[test]
+fn each_goal_stops_a_fit_for_its_own_reason() {
+    let points = Points::new(lattice(12).map(|at| (at, rough(at))));
+    let by = |goal: Goal| {
+        let encoding = encoded(&points, goal);
+        let errors = errors_of(&encoding, &points);
+        (encoding.functions().len(), errors)
+    };
+    let (never, any) = (1e-9, f64::INFINITY);
+    let (of_greatest, greatest) = by(Goal { max_error: 0.3, ..GOAL });
+    assert!(greatest.max <= 0.3 && of_greatest < 200, "{of_greatest} {greatest:?}");
+    let (of_mean, mean) = by(Goal { max_error: any, mean_error: 0.08, ..GOAL });
+    assert!(mean.mean <= 0.08 && of_mean < 200, "{of_mean} {mean:?}");
+    // Of both the later one.
+    let (of_both, both) = by(Goal { max_error: 0.3, mean_error: 0.08, ..GOAL });
+    assert!(both.max <= 0.3 && both.mean <= 0.08, "{of_both} {both:?}");
+    let (of_number, number) = by(Goal { max_error: never, functions: 24, ..GOAL });
+    assert!(of_number <= 24 && number.max > never, "{of_number} {number:?}");
+    // Where any error will do, the bias is enough.
+    assert_eq!(by(Goal { max_error: any, ..GOAL }).0, 0);
+}
+
+/// Those of values about 0, which lie in a shell about the middle.
+fn shell(at: DVec3) -> f64 {
+    let middle = at.distance(DVec3::splat(6.5)) - 4.0;
+    (0.9 * middle).tanh() + 0.4 * (at.x * 1.1).sin() * (at.y * 0.9).cos() * (at.z * 0.7).sin()
+}
+
+#[test]
+fn favoured_values_are_nearer_by_as_many_functions() {
+    let favour = Favour { times: 100.0, range: Some([-0.4, 0.4]), region: None };
+    let even = Points::new(lattice(14).map(|at| (at, shell(at))));
+    let favoured = even.clone().weighted(|at, value| favour.weight(at, value));
+    let goal = Goal { max_error: 1e-6, functions: 60, ..GOAL };
+    let of_shell = |points: &Points| {
+        let encoding = encoded(points, goal);
+        let left = left_of(&encoding, &even);
+        let samples = even.positions().iter().zip(even.values()).zip(left);
+        let own = samples.filter(|((at, value), _)| favour.has(**at, **value));
+        let own: Vec<f64> = own.map(|(_, left)| left).collect();
+        assert!(own.len() > 100 && own.len() < even.len() / 2, "{}", own.len());
+        (encoding.functions().len(), Errors::of(&own), errors_of(&encoding, &even))
+    };
+    let ((count, alike, _), (as_many, nearer, all)) = (of_shell(&even), of_shell(&favoured));
+    let told = format!("{count}: {alike:?}, {as_many}: {nearer:?}, all {all:?}");
+    assert!(as_many <= count + 4, "{told}");
+    // FLOOR-TODO: to be measured; weights of 100 to 1 are thought to take away more than a fifth.
+    assert!(nearer.rms < 0.8 * alike.rms, "{told}");
+    // It is paid for elsewhere.
+    assert!(all.rms > nearer.rms, "{told}");
+}
+
+fn left_of(encoding: &Encoding, points: &Points) -> Vec<f64> {
+    encoding.differences(points, &Ticket::new()).expect("nobody stops it")
+}
+
+#[test]
+fn samples_that_count_once_are_fitted_as_if_nobody_had_said() {
+    let favour = Favour { times: 1.0, range: Some([-0.4, 0.4]), region: None };
+    let even = Points::new(lattice(10).map(|at| (at, shell(at))));
+    let once = even.clone().weighted(|at, value| favour.weight(at, value));
+    let goal = Goal { functions: 30, max_error: 1e-6, ..GOAL };
+    let fits = [&even, &once].map(|points| encoded(points, goal));
+    assert!(fits[0].functions().len() > 10);
+    assert_eq!((fits[1].functions(), fits[1].bias()), (fits[0].functions(), fits[0].bias()));
+}
+
+#[test]
+fn a_region_has_what_lies_between_its_faces_and_on_them() {
+    let sides = DMat3::from_cols(
+        DVec3::new(2.0, 1.0, 0.0),
+        DVec3::new(-1.0, 3.0, 0.0),
+        DVec3::new(0.0, 0.5, 4.0),
+    );
+    let region = Region { corner: DVec3::new(1e6, -2.0, 5.0), sides };
+    for (share, is_in) in [
+        (DVec3::ZERO, true),
+        (DVec3::ONE, true),
+        (DVec3::new(0.3, 0.9, 1.0), true),
+        (DVec3::new(-0.01, 0.5, 0.5), false),
+        (DVec3::new(0.5, 1.01, 0.5), false),
+        (DVec3::new(0.5, 0.5, 7.0), false),
+    ] {
+        assert_eq!(region.has(region.corner + sides * share), is_in, "{share}");
+    }
+    let favour = Favour { times: 7.0, range: Some([1.0, 2.0]), region: Some(region) };
+    assert_eq!(favour.check(), Ok(()));
+    let middle = region.corner + sides * 0.5 * DVec3::ONE;
+    assert_eq!([1.0, 2.0, 2.5].map(|value| favour.weight(middle, value)), [7.0, 7.0, 1.0]);
+    assert_eq!(favour.weight(DVec3::ZERO, 1.5), 1.0, "beside the region");
+    let flat = Region { sides: DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)), ..region };
+    for wrong in [
+        Favour { times: 0.5, ..favour },
+        Favour { times: f64::NAN, ..favour },
+        Favour { times: f64::INFINITY, ..favour },
+        Favour { range: Some([2.0, 1.0]), ..favour },
+        Favour { range: Some([f64::NAN, 1.0]), ..favour },
+        Favour { region: Some(flat), ..favour },
+    ] {
+        let told = wrong.check().expect_err("it means nothing").to_string();
+        assert!(told.starts_with("expected") && !told.contains('\n'), "{told}");
     }
 }
 

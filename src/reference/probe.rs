@@ -15,7 +15,10 @@ use super::quadrature::Light;
 use super::shading::{RayShader, Shader, gradient};
 use super::sources::Line;
 use super::truth;
-use crate::scene::{AlongRay, Reconstruction, Scene, Shading, ShadingSpace, SplatSettings};
+use crate::kernel::Kernel;
+use crate::scene::{
+    AlongRay, Classify, Reconstruction, Scene, Shading, ShadingSpace, SplatSettings,
+};
 use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
 

@@ -231,7 +231,7 @@ fn zarr() {
 
 #[test]
 fn basis_functions() {
-    mutate(0x5eed_0109, &[("blobs.vrbf", "")]);
+    mutate(0x5eed_0109, &[("blobs.vrbf", ""), ("blobs_packed.vrbf", "")]);
 }
 
 #[test]

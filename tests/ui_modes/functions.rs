@@ -271,6 +271,49 @@ fn a_fit_goes_on_from_the_functions_that_there_are() {
     assert!(!is_offered(&bench));
 }
 
+#[test]
+fn a_goal_is_chosen_and_the_file_is_no_longer_than_it_says() {
+    let mut bench = opened("some.nrrd");
+    assert!(!bench.shows("Most kilobytes"));
+    bench.choose("Goal", "Size of the file");
+    bench.set_slider("Most kilobytes", 2.0);
+    encoded(&mut bench);
+    let said = bench.window().notices().shown().last().expect("told").text.clone();
+    assert!(said.contains("basis functions: greatest error"), "{said}");
+    assert!(!said.contains("takes more functions"), "nobody asked for an error: {said}");
+    let by_size = functions_of(&bench);
+    // 20 bytes each, and some hundreds of what is told of them.
+    assert!(by_size > 4 && by_size < 2000 / 20, "{by_size}");
+    bench.choose("Goal", "Mean error");
+    bench.set_slider("Mean error", 10.0);
+    press(&mut bench, "Encode");
+    bench.wait_until(|window| count(window.scene()).is_some_and(|now| now != by_size));
+}
+
+fn count(scene: Option<&Scene>) -> Option<usize> {
+    let functions = scene?.volume()?.functions.as_ref()?;
+    Some(functions.functions().len())
+}
+
+fn functions_of(bench: &Bench) -> usize {
+    count(bench.window().scene()).expect("functions")
+}
+
+#[test]
+fn values_are_favoured_and_told_apart() {
+    let mut bench = opened("some.nrrd");
+    assert!(!bench.shows("Favour the clip box") && !bench.shows("Favoured times"));
+    assert!(!bench.shows("Favoured"), "there are none yet");
+    bench.harness.get_by_label("Favour values").click();
+    bench.settle();
+    assert!(bench.shows("Favoured from") && bench.shows("Favoured times"));
+    bench.set_slider("Most functions", 20.0);
+    encoded(&mut bench);
+    let said = bench.window().notices().shown().last().expect("told").text.clone();
+    assert!(said.contains("Of the favoured samples: greatest error"), "{said}");
+    assert!(bench.shows("Favoured"), "among what is told of the functions");
+}
+
 /// A fit that is far from its end for as long as a test may wait.
 fn under_way() -> Bench {
     let mut bench = opened("rough.nrrd");

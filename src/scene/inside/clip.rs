@@ -1,9 +1,10 @@
 //! What is cut away of a volume: what lies outside a box along its own axes, and behind planes.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::InsideError;
+use crate::rbf::Region;
 use crate::volume::Lattice;
 
 /// Free clip planes in a scene at most.
@@ -78,6 +79,13 @@ impl ClipBox {
     pub fn in_index(&self, dims: [usize; 3]) -> [DVec3; 2] {
         let size = DVec3::from(dims.map(|n| n as f64));
         [self.low, self.high].map(|share| DVec3::from(share) * size - 0.5)
+    }
+
+    /// The same part of the world.
+    pub fn region(&self, lattice: &Lattice) -> Region {
+        let [low, high] = self.in_index(lattice.dims);
+        let sides = lattice.axes() * DMat3::from_diagonal(high - low);
+        Region { corner: lattice.world_from_index(low), sides }
     }
 }
 
