@@ -75,7 +75,7 @@ fn stand_ins(page: &mut Page<'_>) {
 
 /// What a fit is to reach, said once for all of them.
 fn goal(basis: Basis, max_error: f64, functions: usize) -> Goal {
-    Goal { basis, max_error, functions }
+    Goal { basis, max_error, mean_error: f64::INFINITY, functions }
 }
 
 /// A scan as it opens, at 64³.

@@ -75,7 +75,7 @@ pub enum Command {
     Accuracy(Box<AccuracyFlags>),
     /// Encode a field as radial basis functions
     #[command(after_help = EXIT_CODES)]
-    Encode(EncodeFlags),
+    Encode(Box<EncodeFlags>),
     /// Write a field as NRRD; of basis functions the values of their sum
     #[command(after_help = EXIT_CODES)]
     Convert(ConvertFlags),

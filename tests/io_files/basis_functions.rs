@@ -325,7 +325,7 @@ fn damage_is_refused_in_one_sentence() {
     };
     let mut flipped = valid.clone();
     flipped[body + 3] ^= 1;
-    let cases: [(&str, Vec<u8>, &str); 19] = [
+    let cases: [(&str, Vec<u8>, &str); 20] = [
         ("cut short", valid[..valid.len() - 1].to_vec(), "20 bytes of functions"),
         ("too long", [&valid[..], b"x"].concat(), "found 21"),
         ("a flipped bit", flipped, "checksum"),
