@@ -691,7 +691,7 @@ fn the_native_engine_tells_its_loop_its_stages_and_its_bytes() {
         ),
         (&["--visibility", "every-sample"], "kernels shaded first", &["gather_samples"]),
     ] {
-        let fixed = ["render", "demo:shells:16", "-o", &picture, "--stats", &stats];
+        let fixed = ["render", "demo:blobs:16", "-o", &picture, "--stats", &stats];
         let run = voxsplat(&[&fixed[..], &native, more].concat());
         assert!(run.status.success(), "{}", errors(&run));
         let found = read(&stats);
@@ -705,7 +705,7 @@ fn the_native_engine_tells_its_loop_its_stages_and_its_bytes() {
         assert!(held > Some(0) && peak >= held, "{more:?}: {held:?} of {peak:?}");
     }
     let fixed =
-        ["accuracy", "demo:shells:12", "--output", &table, "--pixels", "60", "--repeat", "0"];
+        ["accuracy", "demo:blobs:12", "--output", &table, "--pixels", "60", "--repeat", "0"];
     let run = voxsplat(&[&fixed[..], &native, &["--max-slabs", "2"]].concat());
     assert!(run.status.success(), "{}", errors(&run));
     let table = read(&table);

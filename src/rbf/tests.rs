@@ -217,8 +217,9 @@ fn weights_of_a_fit_do_not_grow_against_each_other() {
             let most = points.positions().iter().map(sizes).fold(0.0, f64::max);
             let ratio = most / (high - low);
             println!("measured {name} {basis:?}: {ratio}");
-            // FLOOR-TODO: not measured yet.
-            assert!(ratio < 100.0, "{name} {basis:?}: {ratio}");
+            // Measured: at most 58, 0.6 ellipsoids, and 398 multiquadrics, which are wide and much alike.
+            let most = if basis == Basis::Multiquadric { 1000.0 } else { 150.0 };
+            assert!(ratio < most, "{name} {basis:?}: {ratio}");
         }
     }
 }

@@ -131,7 +131,7 @@ fn files_that_do_not_say_what_is_between_samples_open_all_the_same() {
         let line_end = text.match_indices('\n').nth(1).unwrap().0;
         let old_end =
             bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(1).unwrap().0;
-        [text[..line_end].as_bytes(), &bytes[old_end..]].concat()
+        [&text.as_bytes()[..line_end], &bytes[old_end..]].concat()
     };
     let valid = vrbf::bytes(&encoded(Basis::Gaussian)).unwrap();
     let old = without(&valid);

@@ -401,10 +401,12 @@ fn limited_functions(exact: SplatSettings) -> Vec<Row> {
     let to = |max_rms| Limits { max_rms, ..Limits::NONE };
     let mut rows = Vec::new();
     for field in [Field::Ellipsoids, Field::Multiquadrics] {
-        let modes = [few(6, true), few(6, false), few(2, true)];
-        rows.extend(both_eyes(in_modes(field, &[], modes)));
+        rows.extend(both_eyes(in_modes(field, &[], [few(6, true), few(2, true)])));
         rows.push(Row::new(field, &[Lights], few(6, true)));
     }
+    // Sums of wide functions that nothing corrects jump at every cell's face by more than their range, and slabs that a face
+    // cuts know nothing of it: 12 dB, of both engines.
+    rows.extend(both_eyes(in_modes(Field::Ellipsoids, &[], [few(6, false)])));
     let after = SplatSettings { classify: Classify::After, ..few(6, true) };
     rows.push(Row::new(Field::Ellipsoids, &[], after));
     rows.push(Row::new(Field::Ellipsoids, &[Slices], few(6, true)));
