@@ -295,7 +295,6 @@ fn pictures_of_functions_that_cancel_are_near_the_references_or_are_told_not_to_
         scene.splat = SplatSettings::FUNCTIONS;
         let most = off_reference(&engine, &scene, SIZE);
         println!("measured {weight}: {most:.1e}");
-        // FLOOR-TODO: not measured yet.
         faults.extend((most > 1e-2 && !is_told).then(|| format!("{weight}: {most}")));
     }
     assert!(faults.is_empty(), "{faults:?}");

@@ -298,8 +298,8 @@ fn decibels(one: &[Pixel], other: &[Pixel]) -> f64 {
 }
 
 /// By whichever instructions pictures are at least so near to each other, dB.
-// FLOOR-TODO: to be measured; both are single precision, and rays may take another side of an edge.
-const LEAST_NEAR: f64 = 60.0;
+// Measured: 112.3 (wide splines), 121 and more of the others.
+const LEAST_NEAR: f64 = 105.0;
 
 /// What processors of this kind have at least (on x86-64 SSE2, without FMA) against the best that this one has.
 #[test]
@@ -329,7 +329,7 @@ fn the_narrowest_instructions_draw_what_the_widest_do() {
         println!("measured {name}, {} and {}: {near:.1} dB", names[0], names[1]);
         faults.extend((near < LEAST_NEAR).then(|| format!("{name}: {near:.1} dB")));
         let nothing = decibels(&vec![[0.0; 4]; wide.len()], &wide);
-        faults.extend((nothing > LEAST_NEAR - 30.0).then(|| format!("{name}: hardly seen")));
+        faults.extend((nothing > 30.0).then(|| format!("{name}: hardly seen")));
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }

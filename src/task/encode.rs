@@ -20,7 +20,7 @@ use crate::volume::{Component, Field, Grid, Samples, Shape, VolumeError};
 const BYTES_A_SAMPLE: u64 = 56 + 96 + 32 + 50 * 8;
 
 /// The fit aims at this share of the errors asked for: two bytes a number add that much, and shorter numbers are worth more than
-/// the few functions that it takes (FLOOR-TODO: to be measured).
+/// the few functions that it takes.
 const BEFORE_ROUNDING: f64 = 0.98;
 /// Where no error is asked for, the fit aims at this part of the samples' range, %: few functions come that near, and more
 /// digits would only make each reach further.

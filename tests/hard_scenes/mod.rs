@@ -5,7 +5,7 @@
 //! llvmpipe (Mesa 22.3.6, LLVM 15, 256 bits), Vulkan, 2026-11-21. The native engine keeps to the same ones: by pictures
 //! of the command line, 2026-11-27, it is within 1e-6 of that engine where samples are shaded first (5e-4 where rays end
 //! early), and within 7e-4 in the exact mode (1.8e-3 at steps), whose values have 16 bits on the device.
-//! FLOOR-TODO: that it passes by itself.
+//! 2026-11-27: all of them natively, at most 1.8e-3 rmse (4096 solid layers shaded first).
 
 mod geometry;
 mod kernels;

@@ -214,7 +214,7 @@ fn rounding_is_done_once_and_moves_little() {
             let [a, b] = [&exact, &once].map(|e| e.values(&places, &ticket).unwrap());
             off.push(a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
         }
-        // FLOOR-TODO: to be measured; weights up to 2, so some hundredths of a per cent of these for each that overlaps.
+        // Weights up to 2, so some hundredths of a per cent of these for each that overlaps.
         assert!(off[0] < 0.05 && off[2] < 1e-3 && off[3] < 1e-3, "{basis:?}: {off:?}");
         assert!(off[2] < off[0], "{basis:?}: {off:?}");
     }

@@ -92,9 +92,9 @@ fn polygons_in_the_fields_colours_have_them_at_every_place_and_are_plain_beside_
     println!(
         "measured: {within:.1e} off the field's colours, {beside:.1e} off the plain one beside it"
     );
-    // FLOOR-TODO, to be measured. Between corners a sample apart values bend by 0.01 of 0.7, and encoded colours as much again.
+    // Measured: 1.8e-2 and 1.2e-8. Between corners a sample apart values bend by 0.01 of 0.7, and encoded colours as much again.
     assert!(within < 0.05, "{within}");
-    assert!(beside < 1e-2, "{beside}");
+    assert!(beside < 1e-6, "{beside}");
     assert!(plainly > 0.3, "a comparison that cannot tell them apart: {plainly}");
     let [within, beside, _] = off(&scene, &before, size);
     assert!(within > 0.3 && beside < 1e-2, "{within} {beside}");
