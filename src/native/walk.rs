@@ -263,10 +263,10 @@ impl Scene<'_> {
             growth: None,
             level: EMPTY,
             is_there: Mask::splat(simd, false),
-            border: [all(simd, 0.0); 4],
-            border_growths: None,
         };
         let (mut before, mut near, mut far) = (nothing, nothing, nothing);
+        // What belongs to the slabs behind them, of what is no lattice.
+        let (mut border_near, mut border_far) = (None, None);
         let is_shaded =
             W::MORE && self.light.is_some_and(|light| light.is_of_slabs && light.uses_gradient);
         let depth_of = |k: i32| all(simd, k as f32 * step).max(packet.enter).min(packet.leave);
@@ -274,6 +274,7 @@ impl Scene<'_> {
         let mut have = -1;
         loop {
             have += 1;
+            let mut border_here = None;
             let here = if W::CUT
                 && let Some(levels) = &self.levels
             {
@@ -310,16 +311,20 @@ impl Scene<'_> {
                     _ => Found::of(simd, lattice.value(simd, method, packet.at(t))),
                 };
                 k += way;
+                if method.is_own() {
+                    border_here =
+                        Some(Border { places: found.border, growths: found.border_growths });
+                }
                 Face {
                     t,
                     u: table.cell(simd, found.value),
                     growth: found.growth,
                     level: 0,
                     is_there: !Lattice::is_nothing(simd, method, found.value),
-                    border: found.border,
-                    border_growths: found.border_growths,
                 }
             };
+            // What a lattice grows by at a face is asked for by both slabs that meet there.
+            let mut growths = [near.growth, far.growth];
             if W::CUT || have >= 3 {
                 let (mut near, mut far) = (near, far);
                 let are_there = near.is_there & far.is_there;
@@ -327,8 +332,8 @@ impl Scene<'_> {
                     // Nearer to the eye, whatever comes first.
                     let of = (*lattice, *table, packet, (method, is_shaded));
                     match back {
-                        true => trim(simd, of, [&mut far, &mut near]),
-                        false => trim(simd, of, [&mut near, &mut far]),
+                        true => trim(simd, of, border_far, [&mut far, &mut near]),
+                        false => trim(simd, of, border_near, [&mut near, &mut far]),
                     }
                 }
                 // The parabola has the mean of the cubic through four faces.
@@ -363,6 +368,7 @@ impl Scene<'_> {
                         let growth = if is_shaded {
                             let a = near.growth(simd, (lattice, method, &self.levels), packet);
                             let b = far.growth(simd, (lattice, method, &self.levels), packet);
+                            growths = [near.growth, far.growth];
                             // A surface and its back are lit alike: at a border they do not cancel out.
                             let is_turned = a.dot(b).simd_lt(all(simd, 0.0))
                                 & Mask::splat(
@@ -407,7 +413,13 @@ impl Scene<'_> {
                     }
                 }
             }
+            if W::MORE && !method.is_own() {
+                [near.growth, far.growth] = growths;
+            }
             (before, near, far) = (near, far, here);
+            if method.is_own() {
+                (border_near, border_far) = (border_far, border_here);
+            }
         }
     }
 
@@ -630,9 +642,14 @@ struct Face<S: Simd> {
     /// Of the field that it was found in.
     level: u8,
     is_there: Mask<S>,
-    /// See [`Found`].
-    border: [Lanes<S>; 4],
-    border_growths: Option<[Vec3<S>; 2]>,
+}
+
+/// The border of cells or means in the slab behind a face: see [`Found`]. Lattices have none, and no room for it: copying that
+/// from face to face took a twentieth of a lit picture.
+#[derive(Clone, Copy)]
+struct Border<S: Simd> {
+    places: [Lanes<S>; 4],
+    growths: Option<[Vec3<S>; 2]>,
 }
 
 /// Takes the faces of a slab that lie outside all cells, or beside all points, to where it enters and leaves these: the one nearer to the eye comes
@@ -641,16 +658,16 @@ struct Face<S: Simd> {
 fn trim<S: Simd>(
     simd: S,
     (lattice, table, packet, (method, is_shaded)): (&Lattice, &Table, &Packet<S>, (Method, bool)),
+    border: Option<Border<S>>,
     [near, far]: [&mut Face<S>; 2],
 ) {
     let (begins, ends) = (!near.is_there, !far.is_there);
-    if !any(begins | ends) {
+    let Some(Border { places, growths: known }) = border.filter(|_| any(begins | ends)) else {
         return;
-    }
-    let [nearest, farthest, near_value, far_value] = near.border;
+    };
+    let [nearest, farthest, near_value, far_value] = places;
     let is_within = nearest.simd_ge(near.t) & farthest.simd_le(far.t) & nearest.simd_le(farthest);
     let (begins, ends) = (begins & is_within, ends & is_within);
-    let known = near.border_growths;
     if is_shaded {
         let of = (lattice, method, &None);
         let growths = [near.growth(simd, of, packet), far.growth(simd, of, packet)];
