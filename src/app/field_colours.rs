@@ -39,10 +39,14 @@ impl Window {
             return;
         };
         let wanted = scene.lacking_field_values();
-        if self.field_colours.as_ref().is_some_and(|asked| asked.wanted == wanted) {
+        // Fields of other modes would be made side by side, as a hand drags what they depend on: one after the other, each with
+        // all of memory. What is not wanted any more is told to end, and its end asks again.
+        if let Some(asked) = &self.field_colours {
+            if asked.wanted != wanted {
+                asked.job.cancel();
+            }
             return;
         }
-        // In the place of what is not wanted any more, which ends.
         let job = Job::start("field-colours", "Colouring polygons", ctx, move |ticket| {
             field_on_meshes(&scene, ticket)
         });

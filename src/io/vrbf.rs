@@ -425,7 +425,19 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
     memory::require("the functions", needed, free_bytes)?;
     let each = numbers_of(found.basis);
     let expected = match &found.packed {
-        Some(packed) => packed.bytes,
+        Some(packed) => {
+            // They are deflated only where that is shorter.
+            let each: u64 = packed.columns.iter().map(|column| u64::from(column.2)).sum();
+            let most = each.saturating_mul(found.functions as u64);
+            if packed.bytes > most {
+                return Err(corrupt(
+                    format!("at most {most} bytes of functions"),
+                    packed.bytes.to_string(),
+                    "encode the source again",
+                ));
+            }
+            packed.bytes
+        }
         None => (found.functions * each * 4) as u64,
     };
     let body_len = len - (start.len() - begun.len()) as u64;

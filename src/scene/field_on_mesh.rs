@@ -67,7 +67,7 @@ impl SplatSettings {
             Classify::Before => {
                 (Kernel::BSpline, None, Reconstruction::Interpolating, Limits::NONE)
             }
-            _ => (self.kernel, self.extent, self.reconstruction, self.functions),
+            _ => (self.kernel, self.extent, self.reconstruction, self.limits()),
         }
     }
 }

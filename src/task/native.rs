@@ -135,7 +135,8 @@ impl Drawer {
         let visits = vectors.as_ref().map_or(0.0, PictureVectors::visits);
         if plan.cut.is_none() {
             self.learn_slabs((plan, which), (wall_ms, lists_ms), visits);
-            if !is_of_few_cells(plan) {
+            // Of a finished picture it is another price that was measured.
+            if plan.enlarged > 1.0 && !is_of_few_cells(plan) {
                 self.costs.hold_fields_together(which);
             }
         }

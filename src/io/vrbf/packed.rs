@@ -110,7 +110,12 @@ impl Packed {
                 false => *EXPONENTS.start(),
             };
             let column = Column::of(&values, bytes, from);
-            indices.push(values.iter().map(|value| column.index(*value)).collect());
+            let found: Vec<u32> = values.iter().map(|value| column.index(*value)).collect();
+            // Of numbers 300 decades apart no step is a power of two that fits.
+            if found.iter().any(|index| u64::from(*index) >> (8 * bytes) != 0) {
+                return None;
+            }
+            indices.push(found);
             columns.push(column);
         }
         Some(Self { columns, indices })

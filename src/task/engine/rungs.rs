@@ -138,7 +138,7 @@ impl Worker {
         // It is there already where a still interrupted the longer one.
         if longer.is_none() || self.preview_of(request).is_none() {
             self.device()?.prepare_preview(&plan, quick_ms, ticket)?;
-            // Bounded by its budget, and so never interrupted: a hand that moves faster than
+            // Bounded by its budget, and not interrupted by a view that moves on: a hand that moves faster than
             // pictures are drawn still sees every one of them.
             let quick = Rung::Coarse { budget_ms: quick_ms };
             self.rung(request, quick, Manner::Whole, longer)?;
