@@ -9,7 +9,7 @@ use clap::Args;
 use super::flags::InputFlags;
 use super::inside::{self, Place};
 use super::progress::Progress;
-use super::{Destination, Failure, note, open, values};
+use super::{Destination, Failure, note, open, refuse_one_place, values};
 use crate::core::Ticket;
 use crate::core::memory::human_bytes;
 use crate::io::{Encoded, nrrd_bytes, vrbf};
@@ -94,6 +94,9 @@ pub struct ConvertFlags {
 }
 
 pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
+    let named =
+        [("the file", Some(flags.input.file.as_path())), ("--output", Some(&*flags.output))];
+    refuse_one_place(&named)?;
     let destination = Destination::check(&flags.output, "the functions")?;
     let earlier = flags.resume.as_deref().map(vrbf::load).transpose().map_err(Failure::failed)?;
     let input = open::grid(&flags.input, flags.field.as_deref())?;
@@ -248,6 +251,9 @@ fn most_functions(
 }
 
 pub(super) fn convert(flags: &ConvertFlags) -> Result<(), Failure> {
+    let named =
+        [("the file", Some(flags.input.file.as_path())), ("--output", Some(&*flags.output))];
+    refuse_one_place(&named)?;
     let destination = Destination::check(&flags.output, "the volume")?;
     let input = open::grid_at(&flags.input, flags.field.as_deref(), flags.dims)?;
     if flags.dims.is_some() && input.encoding.is_none() {

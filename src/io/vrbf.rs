@@ -260,10 +260,11 @@ pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
         favoured: *favoured,
         overshoot: *overshoot,
         packed,
-        crc32: checksum(&body),
         ..header_of(encoding.basis(), source)
     };
-    let line = serde_json::to_string(&header).map_err(|error| error.to_string())?;
+    let text = |header: &Header| serde_json::to_string(header).map_err(|error| error.to_string());
+    let crc32 = checksum(text(&header)?.as_bytes(), &body);
+    let line = text(&Header { crc32, ..header })?;
     Ok([MAGIC, VERSION.as_bytes(), b"\n", line.as_bytes(), b"\n", &body].concat())
 }
 
@@ -287,11 +288,16 @@ fn singles(encoding: &Encoding) -> Vec<u8> {
     body
 }
 
-fn checksum(body: &[u8]) -> u32 {
+/// Of a body, and since version 2 of what is told of it before: all of the line but the checksum itself, which is its last entry.
+fn checksum(line: &[u8], body: &[u8]) -> u32 {
+    let told = line.windows(CHECKSUM.len()).rposition(|part| part == CHECKSUM.as_bytes());
     let mut crc = Crc::new();
+    crc.update(&line[..told.unwrap_or(line.len())]);
     crc.update(body);
     crc.sum()
 }
+
+const CHECKSUM: &str = "\"crc32\":";
 
 /// The functions of a file.
 ///
@@ -448,11 +454,12 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
             false => corrupt(sentence.0, sentence.1, "copy the file again"),
         });
     }
+    let checked = if version == FIRST_VERSION.as_bytes() { &[][..] } else { line };
     let mut body = begun.to_vec();
     reader.read_to_end(&mut body).map_err(Problem::Io)?;
-    if body.len() as u64 != expected || checksum(&body) != found.crc32 {
+    if body.len() as u64 != expected || checksum(checked, &body) != found.crc32 {
         return Err(corrupt(
-            "functions with the checksum of the header",
+            "functions, and what is told of them, with the checksum that stands there",
             "another one",
             "copy the file again",
         ));

@@ -122,6 +122,19 @@ fn what_errors_at_the_samples_do_not_tell_is_said_where_it_is_opened() {
     );
 }
 
+/// The same bytes with the checksum that they should have: of what stands before it in the header, and of the body.
+fn sealed(bytes: &[u8]) -> Vec<u8> {
+    let body = body_of(bytes);
+    let second = bytes.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+    let tag = b"\"crc32\":";
+    let at = bytes[..body].windows(tag.len()).rposition(|part| part == tag).unwrap();
+    let mut crc = flate2::Crc::new();
+    crc.update(&bytes[second..at]);
+    crc.update(&bytes[body..]);
+    let told = format!("{}}}\n", crc.sum());
+    [&bytes[..at + tag.len()], told.as_bytes(), &bytes[body..]].concat()
+}
+
 /// Files of before hold neither how far the sum goes between samples nor whether these fill their box.
 #[test]
 fn files_that_do_not_say_what_is_between_samples_open_all_the_same() {
@@ -131,7 +144,7 @@ fn files_that_do_not_say_what_is_between_samples_open_all_the_same() {
         let line_end = text.match_indices('\n').nth(1).unwrap().0;
         let old_end =
             bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(1).unwrap().0;
-        [&text.as_bytes()[..line_end], &bytes[old_end..]].concat()
+        sealed(&[&text.as_bytes()[..line_end], &bytes[old_end..]].concat())
     };
     let valid = vrbf::bytes(&encoded(Basis::Gaussian)).unwrap();
     let old = without(&valid);
@@ -318,17 +331,20 @@ fn damage_is_refused_in_one_sentence() {
     let body = body_of(&valid);
     // Two functions are too few to be worth deflating.
     assert_eq!(valid.len() - body, 20);
-    let with = |from: &str, to: &str| {
+    let altered = |from: &str, to: &str| {
         let header = text[..body.min(text.len())].replacen(from, to, 1);
         assert_ne!(header, text[..body], "{from} is there");
         [header.as_bytes(), &valid[body..]].concat()
     };
+    let with = |from: &str, to: &str| sealed(&altered(from, to));
     let mut flipped = valid.clone();
     flipped[body + 3] ^= 1;
-    let cases: [(&str, Vec<u8>, &str); 20] = [
+    let cases: [(&str, Vec<u8>, &str); 22] = [
         ("cut short", valid[..valid.len() - 1].to_vec(), "20 bytes of functions"),
         ("too long", [&valid[..], b"x"].concat(), "found 21"),
         ("a flipped bit", flipped, "checksum"),
+        ("another bias", altered("\"bias\":0.1", "\"bias\":9.1"), "checksum"),
+        ("a smaller error", altered("\"max\":0.25", "\"max\":0.01"), "checksum"),
         ("without functions", valid[..20].to_vec(), "two lines"),
         ("a later version", with("RBF 2", "RBF 9"), "version 1 or 2"),
         ("many functions", with("\"functions\":2", "\"functions\":900000000000"), "at most"),
@@ -343,7 +359,11 @@ fn damage_is_refused_in_one_sentence() {
         ("a step without end", with("\"columns\":[[-", "\"columns\":[[-99"), "whole numbers"),
         ("no deflated bytes", with("\"deflated\":false", "\"deflated\":true"), "the numbers of"),
         ("bytes of none", with("\"packed\":{", "\"packed\":null,\"x\":{"), "JSON"),
-        ("other bytes", with("\"bytes\":20", "\"bytes\":900000000000"), "900000000000 bytes"),
+        (
+            "other bytes",
+            with("\"bytes\":20", "\"bytes\":900000000000"),
+            "at most 20 bytes of functions, found 900000000000",
+        ),
         (
             "nothing favoured",
             with("\"source\"", "\"favour\":{\"times\":0.0},\"source\""),
@@ -397,7 +417,7 @@ fn functions_that_no_such_body_can_hold_are_refused_before_there_is_room_for_the
         let told = format!("\"functions\":{count}");
         let claims = header.replacen("\"functions\":4000", &told, 1);
         assert_ne!(claims, header);
-        let (_folder, path) = written(&[claims.as_bytes(), &valid[body..]].concat());
+        let (_folder, path) = written(&sealed(&[claims.as_bytes(), &valid[body..]].concat()));
         let options = OpenOptions { memory_limit_bytes: Some(1 << 30), ..OpenOptions::default() };
         let refused = open(&path, &options, &Ticket::new()).unwrap_err().to_string();
         assert!(refused.contains(words) && !refused.contains('\n'), "{count}: {refused}");

@@ -26,6 +26,8 @@ const ALWAYS_SAMPLES: usize = 1 << 15;
 /// Samples of the lattice for each of the cells that it holds, and how many there are at least and at most.
 const SAMPLES_A_CELL: f64 = 8.0;
 const SAMPLES_OF_CELLS: [f64; 2] = [262_144.0, 16_777_216.0];
+/// Boxes are taken to be no thinner than this share of their longest side.
+const FLATTEST: f64 = 1e-3;
 
 /// Axes whose cosine is larger are not at right angles.
 const LEANING: f64 = 1e-6;
@@ -217,12 +219,13 @@ impl Grid {
     }
 
     /// The most samples that [`Grid::lattice_of_functions`] has of so many points: eight for each of up to eight solids a point,
-    /// and twice that, for thin boxes.
+    /// and twice that, for thin boxes. Flat ones have three in depth, where a thousandth of their side would be less than one.
     pub fn most_samples_of_functions(points: u64) -> u64 {
         let [least, most] = SAMPLES_OF_CELLS;
         let wanted = (points as f64 * 8.0 * SAMPLES_A_CELL).clamp(least, most);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let most = (2.0 * wanted) as u64;
+        let most =
+            (2.0 * wanted).max(3.5 * FLATTEST.powf(-2.0 / 3.0) * wanted.powf(2.0 / 3.0)) as u64;
         most
     }
 
@@ -294,7 +297,7 @@ fn lattice_in([low, high]: [DVec3; 2], count: usize) -> Lattice {
     let extent = high - low;
     let greatest = extent.max_element();
     // Flat boxes have a depth of one sample.
-    let thick = extent.max(DVec3::splat(greatest * 1e-3));
+    let thick = extent.max(DVec3::splat(greatest * FLATTEST));
     let [least, most] = SAMPLES_OF_CELLS;
     let wanted = (count as f64 * SAMPLES_A_CELL).clamp(least, most);
     let scale = if greatest > 0.0 { greatest } else { 1.0 };
