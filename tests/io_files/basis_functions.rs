@@ -125,9 +125,9 @@ fn what_errors_at_the_samples_do_not_tell_is_said_where_it_is_opened() {
 /// The same bytes with the checksum that they should have: of what stands before it in the header, and of the body.
 fn sealed(bytes: &[u8]) -> Vec<u8> {
     let body = body_of(bytes);
-    let second = bytes.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+    let second = bytes.iter().position(|byte| *byte == b'\n').expect("a header") + 1;
     let tag = b"\"crc32\":";
-    let at = bytes[..body].windows(tag.len()).rposition(|part| part == tag).unwrap();
+    let at = bytes[..body].windows(tag.len()).rposition(|part| part == tag).expect("a header");
     let mut crc = flate2::Crc::new();
     crc.update(&bytes[second..at]);
     crc.update(&bytes[body..]);
