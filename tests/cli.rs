@@ -1750,15 +1750,15 @@ fn quick_pictures_of_cells_are_of_the_cells() {
     let (file, stats, picture) = (at("box.vtk"), at("stats.json"), at("p.png"));
     let values = "POINT_DATA 8\nSCALARS v float\nLOOKUP_TABLE default\n0 1 2 3 4 5 6 7\n";
     std::fs::write(&file, format!("{HEXAHEDRON}{values}")).expect("written");
-    let coarse = ["--refine", "coarse", "--budget-ms", "3", "--engine", "native"];
-    let to = ["--resolution", "1280,960", "--output", &picture, "--stats", &stats];
+    let coarse = ["--refine", "coarse", "--budget-ms", "40", "--engine", "native"];
+    let to = ["--resolution", "2400,1800", "--output", &picture, "--stats", &stats];
     let drawn = voxsplat(&[&["render", &file][..], &coarse, &to].concat());
     assert_eq!(drawn.status.code(), Some(0), "{}", errors(&drawn));
     let told = std::fs::read_to_string(&stats).expect("stats");
     let told: Value = serde_json::from_str(&told).expect("JSON");
     assert_eq!(told["field"]["which"], "own", "{told}");
     assert_eq!(told["field"]["kernel"], "cells");
-    assert!(told["drawn_resolution"][0].as_u64().is_some_and(|width| width < 1280), "{told}");
+    assert!(told["drawn_resolution"][0].as_u64().is_some_and(|width| width < 2400), "{told}");
 }
 
 /// The polygons of a file of cells, and the outer faces of its solids.
