@@ -14,12 +14,13 @@ use crate::volume::Lattice;
 const HEAD: usize = 7;
 /// The rim of a solid without volume: nothing lies so far inside it.
 const NO_PLACE: f64 = -1.0;
-/// Cells as words; what light takes for growths only where it `is_lit`. Behind the head: where the list of each box begins, and the last ends; the lists, of the words at which
+/// Cells as words. Behind the head: where the list of each box begins, and the last ends; the lists, of the words at which
 /// records begin; three numbers a point, what values grow by per index; four numbers a shading normal, what light takes for
 /// that, and 1 on the border; and the records. Of each: its kind, and above two bits which of the file's cells it is of, how
 /// far outside counts as inside, its first corner; of a tetrahedron the three rows that lead from an offset to (r, s, t) and
 /// four factors of its value, of others 21 factors of its place and eight of its value; the numbers of its corners; how many
-/// outer faces it has, and of each four factors of the height above it, and the numbers of its corners' normals.
+/// outer faces it has, and of each four factors of the height above it, and the numbers of its corners' normals. Where it is not
+/// `is_lit` there are no normals, and records have no outer faces.
 ///
 /// # Errors
 /// A cancelled ticket, and words that 32-bit places cannot tell apart.
