@@ -567,10 +567,10 @@ fn what_shows_the_inside_is_told_and_refused_where_it_cannot_be_shown() {
         assert_eq!(stats["effects"], serde_json::json!(effects), "{more:?}");
     }
     for (refused, words) in [
-        (&["--clip-box", "60%,50%,0%,100%,0%,100%"][..], "found 60% to 50%; give two of those"),
+        (&["--clip-box", "60%,50%,0%,100%,0%,100%"][..], "found 60% to 50%; give two such"),
         (
-            &["--clip-box", "0,5,0,15,3,99"],
-            "along z, of the samples 0 to 15 or of 0% to 100%, found 3 to 99",
+            &["--clip-box", "0,5,0,15,16,99"],
+            "along z, about some of the samples 0 to 15 or of 0% to 100%, found 16 to 99",
         ),
         (&["--slice", "x=9999"], "a sample from 0 to 15 or a share from 0% to 100%, found 9999"),
         (&["--slice", "x=4", "--visibility", "every-sample"], "with slices, found --visibility"),
@@ -1646,8 +1646,11 @@ fn places_in_meshes_and_points_are_coordinates() {
     };
     let said = refused(&points, &["--kernel", "ellipsoids", "--slice", "z=47"]);
     assert!(said.contains("with a coordinate from 10 to 14 or a share"), "{said}");
-    let said = refused("demo:mesh:4", &["--clip-box", "0%,100%,0%,100%,0,3"]);
-    assert!(said.contains("along z, of the coordinates -0.4148 to 0.4148 or of 0%"), "{said}");
+    let said = refused("demo:mesh:4", &["--clip-box", "0%,100%,0%,100%,1,3"]);
+    assert!(
+        said.contains("along z, about some of the coordinates -0.4148 to 0.4148 or of 0%"),
+        "{said}"
+    );
     if !can_draw() {
         return;
     }

@@ -400,6 +400,7 @@ impl Renderer {
         let drawing = match plan.field() {
             Some(_) if plan.reconstructs() => {
                 check_slabs(plan, glam::DVec3::ZERO)?;
+                self.forget_growths(plan, which);
                 self.of_field(plan, which, stop_below, ticket)?
             }
             Some(_) => {
@@ -482,6 +483,15 @@ impl Renderer {
             return Err(Unsupported(found).into());
         }
         Ok(())
+    }
+
+    /// Lets go of what light that a plan does not have takes for the growth of cells.
+    fn forget_growths(&mut self, plan: &Plan, which: SlabField) {
+        let field = self.fields[which as usize].as_mut();
+        if let Some(Own::Cells(cells)) = field.and_then(|field| field.lattice.own.as_mut()) {
+            let light = Light::of(plan).filter(|light| light.uses_gradient);
+            cells.forget_growths(light.map(|light| light.is_of_slabs && light.is_of_borders));
+        }
     }
 
     /// What a plan with a field is drawn from, where that and its table are there.
