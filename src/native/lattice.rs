@@ -374,6 +374,19 @@ impl Lattice {
         dot(rows, y)
     }
 
+    /// Not inlined: its loops are written out, and would take the compiler long in every loop that calls it.
+    #[inline(never)]
+    fn spline<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let (cell, [fx, fy, fz]) = self.cell(simd, place);
+                let at = self.stored_at(simd, cell, 1);
+                self.weighted(simd, at, &[natural(simd, fx), natural(simd, fy), natural(simd, fz)])
+            },
+        )
+    }
+
     /// A B-spline and its growth, of the same samples: little more than half the time of both by themselves.
     #[inline(always)]
     fn spline_with_growth<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Lanes<S>, Vec3<S>) {
@@ -423,9 +436,17 @@ impl Lattice {
         (between(front, behind, fz), growth)
     }
 
-    /// Growth of tents from half a sample before to half a sample on, along each axis.
-    #[inline(always)]
+    /// Growth of tents from half a sample before to half a sample on, along each axis. Not inlined, as it is long.
+    #[inline(never)]
     fn growth_of_tents<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || self.growth_of_tents_here(simd, place),
+        )
+    }
+
+    #[inline(always)]
+    fn growth_of_tents_here<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
         let (cell, [fx, fy, fz]) = self.cell(simd, place);
         let at = self.stored_at(simd, cell, 1);
         let (dx, dy, dz) = (about(simd, fx), about(simd, fy), about(simd, fz));
@@ -464,28 +485,28 @@ impl Lattice {
     }
 
     /// The stored value and its growth per index, of methods whose growth costs little beside it ([`Self::grows_with_value`]).
-    #[inline(always)]
+    /// Not inlined, as it is long.
+    #[inline(never)]
     pub(super) fn value_with_growth<S: Simd>(
         &self,
         simd: S,
         method: Method,
         place: Vec3<S>,
     ) -> (Lanes<S>, Vec3<S>) {
-        match method {
-            Method::BSpline => self.spline_with_growth(simd, place),
-            _ => self.tents_with_growth(simd, place),
-        }
+        simd.vectorize(
+            #[inline(always)]
+            || match method {
+                Method::BSpline => self.spline_with_growth(simd, place),
+                _ => self.tents_with_growth(simd, place),
+            },
+        )
     }
 
     /// The stored value at places in index space, [`NOTHING`] where no kernel reaches. What `bias` is is not added.
     #[inline(always)]
     pub(super) fn value<S: Simd>(&self, simd: S, method: Method, place: Vec3<S>) -> Lanes<S> {
         match method {
-            Method::BSpline => {
-                let (cell, [fx, fy, fz]) = self.cell(simd, place);
-                let at = self.stored_at(simd, cell, 1);
-                self.weighted(simd, at, &[natural(simd, fx), natural(simd, fy), natural(simd, fz)])
-            }
+            Method::BSpline => self.spline(simd, place),
             Method::Linear => {
                 let (cell, [fx, fy, fz]) = self.cell(simd, place);
                 let at = self.stored_at(simd, cell, 0);
@@ -525,9 +546,17 @@ impl Lattice {
         )
     }
 
-    /// Boxes, kernels of another than their natural width, and radial ones, normalised.
-    #[inline(always)]
+    /// Boxes, kernels of another than their natural width, and radial ones, normalised. Not inlined, as it is long.
+    #[inline(never)]
     fn other<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || self.other_here(simd, place),
+        )
+    }
+
+    #[inline(always)]
+    fn other_here<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
         if matches!(self.kernel, Kernel::Point | Kernel::Nearest) {
             let [nx, ny, nz] = self.dims;
             let cell = [

@@ -166,7 +166,7 @@ impl Cells {
         self.lattice.axes().transpose() * world
     }
 
-    /// What light takes for it: see [`ShadingNormals`](crate::cells::ShadingNormals).
+    /// What light takes for it: see [`ShadingNormals`].
     pub(super) fn growth_for_light(&self, place: DVec3) -> DVec3 {
         let Some((own, unit)) = self.find(place) else { return DVec3::ZERO };
         // Nobody cancels a fresh ticket.
