@@ -40,6 +40,6 @@ fn main() -> ExitCode {
 
 fn window(flags: WindowFlags, engine: Choice) -> Result<(), String> {
     let sources = flags.files.iter().map(|file| Source::of(file)).collect();
-    let options = Options { sources, engine, trace: flags.trace };
+    let options = Options { sources, engine, moving: flags.moving, trace: flags.trace };
     app::run(options).map_err(|error| error.to_string())
 }

@@ -282,6 +282,20 @@ impl Renderer {
         Some((field.lattice.bricks.dims, &field.table.as_ref()?.visible))
     }
 
+    /// Bricks of the scene's own field in which it may have any of some values, as isosurfaces do.
+    pub fn passed_bricks(&self, levels: &[f64]) -> Vec<u32> {
+        let Some(field) = &self.fields[SlabField::Own as usize] else { return Vec::new() };
+        let lattice = &field.lattice;
+        let is_passed = |[low, high]: &[f32; 2]| {
+            let (low, high) = (f64::from(*low) + lattice.bias, f64::from(*high) + lattice.bias);
+            // The rounding of 32 bits.
+            let slack = 1e-6 * low.abs().max(high.abs());
+            levels.iter().any(|level| (low - slack..=high + slack).contains(level))
+        };
+        let bricks = (0_u32..).zip(&lattice.bricks.ranges);
+        bricks.filter(|(_, range)| is_passed(range)).map(|(brick, _)| brick).collect()
+    }
+
     /// Lets go of a field.
     pub fn clear_field(&mut self, which: SlabField) {
         self.picture = None;
