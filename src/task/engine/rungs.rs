@@ -405,12 +405,14 @@ impl Worker {
         let (held, engine) = (drawer.engines.held(), drawer.engines.drew());
         let name = drawer.engines.name();
         let not_native = drawer.engines.why_not_native(&request.plan());
+        let native_loop = drawer.engines.native_loop();
         #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
         let level = (level, progress as f32);
         let mut picture =
             picture((&request.scene, request.size), level, drawn, rgba, drawer.active_count());
         picture.report.held = Some(held);
         (picture.report.engine, picture.report.not_native) = (engine, not_native);
+        picture.report.native_loop = native_loop;
         picture.report.octree = self.device()?.octree_builder();
         self.shared.lock().adapter_name = Some(name);
         Ok(picture)
