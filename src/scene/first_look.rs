@@ -120,9 +120,6 @@ impl FirstLook {
         let faces = Faces::of(volume, &transfer);
         // The outer faces of cells carry their shape, whatever lies within; so does where points end.
         let is_of_cells = volume.scattered.is_some();
-        if std::env::var_os("FACES").is_some() {
-            eprintln!("FACES {faces:?} {:?} {:?}", Kind::of(statistics), volume.lattice.dims);
-        }
         let is_lit = is_of_names || is_of_cells || faces.is_some_and(Faces::carry_the_shape);
         if let (Some(_), false, ColourSource::Map { map, .. }) =
             (faces, is_lit, &mut transfer.colour)
