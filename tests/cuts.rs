@@ -275,8 +275,7 @@ fn a_still_within_an_error_is_a_cut_of_the_field_with_whatever_stands_in_it() {
 fn a_picture_within_a_time_is_of_what_was_chosen_for_it() {
     let (engine, _wakes) = engine();
     let mut scene = opened("demo:head:96");
-    let found =
-        |scene: &Scene, budget_ms: f64| still(&engine, scene, Refine::Budget { budget_ms });
+    let found = |scene: &Scene, budget_ms: f64| still(&engine, scene, Refine::Budget { budget_ms });
     for budget_ms in [2.0, 1e4] {
         scene.splat.cut.moving = Moving::Octree;
         let octree = found(&scene, budget_ms);
