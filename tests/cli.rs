@@ -458,10 +458,10 @@ fn flags_of_a_cut_that_a_picture_is_not_are_all_named() {
     let fixed = ["render", "demo:shells:16", "-o", name, "--resolution", "32,24"];
     let fixed = [&fixed[..], &["--refine", "coarse", "--budget-ms", "10000"]].concat();
     for (more, named) in [
-        (&["--cut-balanced"][..], "cut, so --cut-balanced changed nothing"),
+        (&["--cut-balanced"][..], "cut of classified voxels, so --cut-balanced changed nothing"),
         (
             &["--cut-balanced", "--cut-error", "scalar"],
-            "cut, so --cut-error and --cut-balanced changed",
+            "cut of classified voxels, so --cut-error and --cut-balanced changed",
         ),
     ] {
         let output = voxsplat(&[&fixed[..], more].concat());

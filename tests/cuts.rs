@@ -247,7 +247,12 @@ fn a_still_within_an_error_is_a_cut_of_the_field_with_whatever_stands_in_it() {
         let mut fine = u64::MAX;
         for max_error in [0.002, 0.008, 0.03] {
             let found = still(&engine, &scene, Refine::Error { max_error, of_voxels: false });
-            let cut = found.drawn.cut.expect("a cut");
+            let Some(cut) = found.drawn.cut else {
+                panic!(
+                    "{name} within {max_error}: no cut: {:?}, {}",
+                    found.measured_rmse, found.is_full
+                )
+            };
             let [off, of_truth] = [&full, &truth].map(|of| db(&found.light, of));
             let told = found.measured_rmse.unwrap();
             println!(
