@@ -213,4 +213,3 @@ impl Every {
         (0..rows).flat_map(move |y| (0..columns).map(move |x| at(1, y) * row + at(0, x)))
     }
 }
-

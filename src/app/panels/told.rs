@@ -298,7 +298,9 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
                 "{found} to the converged picture of this mode: found by drawing some of its pixels with twice and \
                  four times the slabs"
             ),
-            _ => format!("{found} to the exact mode's converged picture: found at some of its pixels"),
+            _ => format!(
+                "{found} to the exact mode's converged picture: found at some of its pixels"
+            ),
         };
     }
     if let Some(Measured { point, is_of_this_view }) = measured {
