@@ -17,7 +17,8 @@ use super::panels::compare::verdict_words;
 use super::viewport::{Beside, PixelArea, divider_x};
 use super::window::Window;
 use super::{modes, theme};
-use crate::scene::SplatSettings;
+use crate::accuracy::psnr_from_rmse;
+use crate::scene::{SplatSettings, Visibility};
 use crate::task::engine::{EngineState, Picture, SecondPicture};
 
 /// Half the width of what takes hold of the divider, points.
