@@ -4,10 +4,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use eframe::egui::accesskit::Role;
 use eframe::egui::text::LayoutJob;
 use eframe::egui::{
     Align, Button, Color32, CornerRadius, FontSelection, Frame, Label, Layout, Margin, RichText,
-    Sense, Stroke, Ui, WidgetText, vec2,
+    Sense, Stroke, Ui, Vec2, WidgetInfo, WidgetText, vec2,
 };
 
 use super::sentences::without_flags;
@@ -21,6 +22,8 @@ const MOST_SHOWN: usize = 2;
 /// Size of the words of news, points, and how dark what they lie on is, 0..=255.
 const QUIET_SIZE: f32 = 13.0;
 const QUIET_SHADE: u8 = 170;
+/// Between them and its edge, points.
+const QUIET_MARGIN: Vec2 = vec2(10.0, 4.0);
 /// Room for the button at the right of a bar, points.
 const BUTTON_WIDTH: f32 = 76.0;
 
@@ -211,15 +214,19 @@ fn bar_ui(ui: &mut Ui, notice: &Notice) -> Bar {
 /// News: words on a shade no wider than they are, gone with a click.
 fn quiet_ui(ui: &mut Ui, notice: &Notice) -> Bar {
     let words = RichText::new(&notice.text).size(QUIET_SIZE).color(theme::TEXT);
-    let frame = Frame::new()
-        .fill(Color32::from_black_alpha(QUIET_SHADE))
-        .corner_radius(CornerRadius::same(8))
-        .inner_margin(Margin::symmetric(10, 4));
-    let job = wrapped(ui, words, notice.most_rows());
-    let shown = ui.vertical_centered(|ui| {
-        frame.show(ui, |ui| ui.add(Label::new(job).wrap().selectable(false).sense(Sense::click())))
+    let mut job = wrapped(ui, words, notice.most_rows());
+    job.wrap.max_width = (ui.available_width() - 2.0 * QUIET_MARGIN.x).max(1.0);
+    let galley = ui.painter().layout_job(job);
+    let line = ui.vertical_centered(|ui| {
+        let size = galley.size() + 2.0 * QUIET_MARGIN;
+        let (rect, line) = ui.allocate_exact_size(size, Sense::click());
+        line.widget_info(|| WidgetInfo::labeled(Role::Label, true, &notice.text));
+        let shade = Color32::from_black_alpha(QUIET_SHADE);
+        ui.painter().rect_filled(rect, CornerRadius::same(8), shade);
+        ui.painter().galley(rect.min + QUIET_MARGIN, galley, theme::TEXT);
+        line
     });
-    let line = shown.inner.inner.on_hover_text("Click to take it away");
+    let line = line.inner.on_hover_text("Click to take it away");
     Bar { is_dismissed: line.clicked(), is_pointed_at: line.contains_pointer() }
 }
 
