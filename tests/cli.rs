@@ -508,6 +508,9 @@ fn effects_are_those_of_the_picture_and_what_is_transparent_by_a_table_says_so()
     assert!(!said.contains("octree"), "{said}");
     let cut = ["--shading", "lights", "--refine", "coarse", "--max-error", "0.3"];
     let (effects, said) = run(&cut);
+    assert_eq!(effects, serde_json::json!(["gradients", "lights"]), "of the field: {said}");
+    last_rows.take();
+    let (effects, said) = run(&[&cut[..], &["--cut-error", "classified"]].concat());
     assert_eq!(effects, serde_json::json!([]));
     let rows = last_rows.take();
     assert!(
@@ -567,16 +570,24 @@ fn what_shows_the_inside_is_told_and_refused_where_it_cannot_be_shown() {
         assert_eq!(stats["effects"], serde_json::json!(effects), "{more:?}");
     }
     for (refused, words) in [
-        (&["--clip-box", "60%,50%,0%,100%,0%,100%"][..], "found 60% to 50%; give two of those"),
+        (&["--clip-box", "60%,50%,0%,100%,0%,100%"][..], "found 60% to 50%; give two such"),
         (
-            &["--clip-box", "0,5,0,15,3,99"],
-            "along z, of the samples 0 to 15 or of 0% to 100%, found 3 to 99",
+            &["--clip-box", "0,5,0,15,16,99"],
+            "along z, about some of the samples 0 to 15 or of 0% to 100%, found 16 to 99",
         ),
         (&["--slice", "x=9999"], "a sample from 0 to 15 or a share from 0% to 100%, found 9999"),
         (&["--slice", "x=4", "--visibility", "every-sample"], "with slices, found --visibility"),
         (&["--iso", "0.5", "--classify", "after"], "--classify pre-integrated with an isosurface"),
         (&["--projection", "average", "--iso", "0.5"], "--projection composite with isosurfaces"),
-        (&["--iso", "0.5", "--refine", "coarse", "--max-error", "0.1"], "found --refine coarse"),
+        (
+            &["--iso", "0.5", "--refine", "coarse", "--max-error", "0.1", "--cut-balanced"],
+            "found --refine coarse",
+        ),
+        (&["--moving", "octree"], "--refine coarse and --budget-ms, found no --refine"),
+        (
+            &["--moving", "octree", "--refine", "coarse", "--max-error", "0.1"],
+            "--budget-ms, found --max-error",
+        ),
     ] {
         let run = voxsplat(&[&fixed[..], refused].concat());
         assert_eq!(run.status.code(), Some(2), "{refused:?}: {}", errors(&run));
@@ -633,10 +644,21 @@ fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_tha
     assert!(of_tents["octree_levels"].is_null(), "{of_tents}");
     let cut = run(&["--refine", "coarse", "--budget-ms", "20", "--visibility", "every-sample"]);
     assert!(cut["field"].is_null() && estimated(&cut) > 0.0, "{cut}");
-    // Told by the picture itself: nothing is estimated.
-    let held = run(&["--refine", "coarse", "--max-error", "0.05"]);
+    // Told by the picture itself: of voxels nothing is estimated.
+    let error = ["--refine", "coarse", "--max-error", "0.05"];
+    let held = run(&[&error[..], &["--cut-error", "classified"]].concat());
     assert!(held["field"].is_null() && held["estimated_rmse"].is_null(), "{held}");
     assert!(held["budget_ms"].is_null() && held["rmse"].is_number(), "{held}");
+    let held = run(&error);
+    assert!(held["field"] == own && held["octree_levels"].as_u64() >= Some(2), "{held}");
+    assert!(held["octree_error"].as_f64() > Some(0.0) && estimated(&held) > 0.0, "{held}");
+    assert!(held["rmse"].as_f64().is_some_and(|rmse| rmse > 0.0 && rmse <= 0.05), "{held}");
+    // As while the view moves.
+    for (moving, is_cut) in [("octree", true), ("subsampled", false)] {
+        let found = run(&["--refine", "coarse", "--budget-ms", "5", "--moving", moving]);
+        assert_eq!(found["octree_levels"].is_number(), is_cut, "{moving}: {found}");
+        assert_eq!(found["mode"]["cut"]["moving"], moving);
+    }
 }
 
 #[test]
@@ -1689,8 +1711,11 @@ fn places_in_meshes_and_points_are_coordinates() {
     };
     let said = refused(&points, &["--kernel", "ellipsoids", "--slice", "z=47"]);
     assert!(said.contains("with a coordinate from 10 to 14 or a share"), "{said}");
-    let said = refused("demo:mesh:4", &["--clip-box", "0%,100%,0%,100%,0,3"]);
-    assert!(said.contains("along z, of the coordinates -0.4148 to 0.4148 or of 0%"), "{said}");
+    let said = refused("demo:mesh:4", &["--clip-box", "0%,100%,0%,100%,1,3"]);
+    assert!(
+        said.contains("along z, about some of the coordinates -0.4148 to 0.4148 or of 0%"),
+        "{said}"
+    );
     if !can_draw() {
         return;
     }

@@ -13,15 +13,17 @@ use voxsplat::plan::Plan;
 use voxsplat::polygons::Mesh;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
-    self, Clip, ClipBox, Inside, Lighting, PolygonLayer, SampleSource, Scene, Slice, SplatSettings,
+    self, Amounts, Classify, Clip, ClipBox, Index, Inside, Isosurface, Lighting, Moving, Order,
+    PolygonLayer, SampleSource, Scene, Slice, SplatSettings,
 };
-use voxsplat::task::cuts::{cut_within, stored_levels};
+use voxsplat::task::cuts::{cut_within, stored_levels, why_no_cut_of};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{
     CellsRequest, Choice, Effort, Engine, EngineChoice, FrameRequest, Ladder, Picture,
 };
 use voxsplat::task::engines::Engines;
 use voxsplat::task::level::LevelOfDetail;
+use voxsplat::task::still::{Refine, Still, StillRequest};
 use voxsplat::transfer::{Cumulative, Weight};
 use voxsplat::volume::{Component, demo};
 
@@ -193,4 +195,141 @@ fn a_moving_view_shows_a_cut_of_several_levels_and_its_cells() {
     let cells = cells.expect("cells were asked for");
     assert!(cells.is_drawn, "those of the picture");
     assert!(cells.cells.levels().len() >= 2 && cells.cells.total == cut.nodes());
+}
+
+/// What stands beside a field without being in its way.
+fn beside() -> Vec<(&'static str, Scene)> {
+    let plain = opened("demo:head:48");
+    let of = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = plain.clone();
+        change(&mut scene);
+        scene
+    };
+    let middle = plain.volume().unwrap().statistics.mean;
+    vec![
+        ("plain", plain.clone()),
+        ("lit", of(&|s| s.shading.lighting = Some(Lighting::default()))),
+        (
+            "an isosurface",
+            of(&|s| {
+                s.inside.isosurfaces =
+                    vec![Isosurface { value: middle, opacity: 0.5, colour: None }]
+            }),
+        ),
+        ("a slice", of(&|s| s.inside.slices = vec![Slice::across(&s.lattice(), 1, 0.4, 1.0)])),
+        ("far to near", of(&|s| s.splat.order = Order::BackToFront)),
+        (
+            "modulated by value",
+            of(&|s| {
+                let points = vec![(0.0, 0.2), (middle, 1.0)];
+                s.shading.modulation = Some(Amounts { index: Index::Value, points });
+            }),
+        ),
+        ("tents", of(&|s| s.splat.kernel = voxsplat::kernel::Kernel::Linear)),
+    ]
+}
+
+fn still(engine: &Engine, scene: &Scene, refine: Refine) -> Still {
+    let scene = scene.clone();
+    let request = StillRequest { scene, size: SIZE, refine, repeat: 0, time_passes: false };
+    engine.still(request, &Ticket::new()).unwrap()
+}
+
+/// The coarsest cut within an error is within it, of fewer fine bricks the more it may be off, and has whatever stands in the
+/// scene.
+#[test]
+fn a_still_within_an_error_is_a_cut_of_the_field_with_whatever_stands_in_it() {
+    let (engine, _wakes) = engine();
+    for (name, scene) in beside() {
+        let full = still(&engine, &scene, Refine::Full);
+        let full: Vec<[f64; 4]> = full.light.iter().map(|pixel| pixel.map(f64::from)).collect();
+        let truth = reference(&scene);
+        let mut fine = u64::MAX;
+        for max_error in [0.002, 0.008, 0.03] {
+            let found = still(&engine, &scene, Refine::Error { max_error, of_voxels: false });
+            let cut = found.drawn.cut.expect("a cut");
+            let [off, of_truth] = [&full, &truth].map(|of| db(&found.light, of));
+            let told = found.measured_rmse.unwrap();
+            println!(
+                "measured {name} within {max_error}: {off:.1} dB, {of_truth:.1} to the reference, {cut:?}"
+            );
+            assert!(told <= max_error, "{name}: {told}");
+            assert!(
+                (accuracy::psnr_from_rmse(told) - off).abs() < 0.01,
+                "{name}: {told} is {off} dB"
+            );
+            // Nor is the cut far from the truth where it is near to the finished picture.
+            assert!(of_truth > accuracy::psnr_from_rmse(1.2 * max_error), "{name}: {of_truth} dB");
+            assert!(cut.bricks[0] < fine, "{name}: {cut:?} is no coarser");
+            fine = cut.bricks[0];
+        }
+    }
+    // Nothing is as near as that but the picture itself.
+    let (_, lit) = beside().swap_remove(1);
+    let found = still(&engine, &lit, Refine::Error { max_error: 1e-9, of_voxels: false });
+    assert!(found.is_full && found.measured_rmse == Some(0.0));
+}
+
+/// What was chosen for moving views is what pictures within a time are of; where there is no cut, it is said why.
+#[test]
+fn a_picture_within_a_time_is_of_what_was_chosen_for_it() {
+    let (engine, _wakes) = engine();
+    let mut scene = opened("demo:head:96");
+    let found =
+        |scene: &Scene, budget_ms: f64| still(&engine, scene, Refine::Budget { budget_ms });
+    for budget_ms in [2.0, 1e4] {
+        scene.splat.cut.moving = Moving::Octree;
+        let octree = found(&scene, budget_ms);
+        assert!(octree.drawn.cut.is_some() && octree.why_not_octree.is_none(), "{budget_ms}");
+        scene.splat.cut.moving = Moving::Subsampled;
+        let subsampled = found(&scene, budget_ms);
+        assert!(subsampled.drawn.cut.is_none() && subsampled.why_not_octree.is_none());
+    }
+    scene.splat.classify = Classify::After;
+    assert_eq!(found(&scene, 2.0).why_not_octree, None, "nobody asked for one");
+    scene.splat.cut.moving = Moving::Octree;
+    let after = found(&scene, 2.0);
+    assert!(after.drawn.cut.is_none());
+    assert!(
+        after.why_not_octree.is_some_and(|why| why.contains("each slab")),
+        "{:?}",
+        after.why_not_octree
+    );
+}
+
+#[test]
+fn modes_that_have_no_cuts_say_why() {
+    for (name, scene) in beside() {
+        assert_eq!(why_no_cut_of(&scene), None, "{name}");
+    }
+    let plain = opened("demo:head:48");
+    let of = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = plain.clone();
+        change(&mut scene);
+        why_no_cut_of(&scene).unwrap_or_default()
+    };
+    let points = vec![(0.0, 0.0), (1.0, 1.0)];
+    for (words, why) in [
+        ("classified before", of(&|s| s.splat = SplatSettings::SHADE_FIRST)),
+        ("one value stands", of(&|s| s.splat.classify = Classify::After)),
+        ("wider or narrower", of(&|s| s.splat.extent = Some(3.0))),
+        ("smoothed", of(&|s| s.splat.reconstruction = scene::Reconstruction::Smooth)),
+        ("published", of(&|s| s.splat.opacity_model = scene::OpacityModel::Published)),
+        ("single values", of(&|s| s.inside.along = scene::AlongRay::Average)),
+        (
+            "errors of its nodes",
+            of(&|s| {
+                s.shading.opacity = Some(Amounts { index: Index::Value, points: points.clone() })
+            }),
+        ),
+        (
+            "gradient strength",
+            of(&|s| {
+                let index = Index::GradientStrength;
+                s.shading.modulation = Some(Amounts { index, points: points.clone() });
+            }),
+        ),
+    ] {
+        assert!(why.contains(words), "{words}: {why:?}");
+    }
 }

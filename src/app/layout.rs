@@ -164,6 +164,9 @@ impl Window {
     ) {
         let tick = IdSalt::new("tick");
         for entry in ACTIONS.iter().filter(|entry| entry.menu == menu && stands(entry.action)) {
+            if entry.action.begins_group() {
+                ui.separator();
+            }
             let is_on = self.is_on(entry.action);
             // Menus with ticks have room for one before each name.
             let room = if menu == Menu::View { vec2(TICK, TICK) } else { Vec2::ZERO };

@@ -44,6 +44,8 @@ pub(super) struct DeviceField {
     pub functions: Option<(usize, Basis)>,
     /// What of them is left out, and whether anything is added for it.
     pub limits: Limits,
+    /// Of cells, that what light takes for their growths is among them.
+    pub is_lit: bool,
     pub adds_left_out: bool,
     /// It is of cells with values on their points, which may jump where cells overlap.
     pub may_jump: bool,
@@ -78,7 +80,7 @@ impl DeviceField {
         context: &Context,
         volume: &ScalarVolume,
         (kernel, limits): (Kernel, Limits),
-        extent: Option<f64>,
+        (extent, is_lit): (Option<f64>, bool),
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, GpuError> {
@@ -105,7 +107,7 @@ impl DeviceField {
         let own_words = match (&listed, cells) {
             (Some(listed), _) => Some(functions::words(listed)),
             (None, Some(field)) => {
-                let (words, listed) = cells::words(field, &volume.lattice, bias, ticket)?;
+                let (words, listed) = cells::words(field, &volume.lattice, (bias, is_lit), ticket)?;
                 listed_cells = Some((field, listed));
                 // Samples outside of all cells are nowhere.
                 holes = None;
@@ -233,6 +235,7 @@ impl DeviceField {
             kernel,
             extent,
             limits,
+            is_lit,
             adds_left_out: left_out.is_some_and(|left_out| !left_out.corners.is_empty()),
             functions: listed.map(|listed| (listed.edge, listed.basis)),
             may_jump: cells.is_some_and(|field| field.on() == On::Points),

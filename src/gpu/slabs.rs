@@ -156,6 +156,11 @@ impl SlabPass {
             })
     }
 
+    /// Whether light that falls on the border of cells finds what it takes for their growths.
+    pub(super) fn is_lit(&self) -> bool {
+        self.field.as_ref().is_some_and(|field| field.is_lit)
+    }
+
     /// The kernel of the field held, and its samples along each axis.
     pub(super) fn shape(&self) -> Option<(Kernel, [usize; 3])> {
         self.field.as_ref().map(|field| (field.kernel, field.dims))
@@ -171,13 +176,13 @@ impl SlabPass {
         &mut self,
         context: &Context,
         volume: &Arc<ScalarVolume>,
-        settings: &SplatSettings,
+        (settings, is_lit): (&SplatSettings, bool),
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<(), GpuError> {
         self.clear();
         let SplatSettings { kernel, extent, .. } = *settings;
-        let kernel = (kernel, settings.limits());
+        let (kernel, extent) = ((kernel, settings.limits()), (extent, is_lit));
         let field = DeviceField::upload(context, volume, kernel, extent, coefficients, ticket)?;
         self.field = Some(field);
         self.source = Some(Arc::clone(volume));

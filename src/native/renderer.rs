@@ -282,6 +282,20 @@ impl Renderer {
         Some((field.lattice.bricks.dims, &field.table.as_ref()?.visible))
     }
 
+    /// Bricks of the scene's own field in which it may have any of some values, as isosurfaces do.
+    pub fn passed_bricks(&self, levels: &[f64]) -> Vec<u32> {
+        let Some(field) = &self.fields[SlabField::Own as usize] else { return Vec::new() };
+        let lattice = &field.lattice;
+        let is_passed = |[low, high]: &[f32; 2]| {
+            let (low, high) = (f64::from(*low) + lattice.bias, f64::from(*high) + lattice.bias);
+            // The rounding of 32 bits.
+            let slack = 1e-6 * low.abs().max(high.abs());
+            levels.iter().any(|level| (low - slack..=high + slack).contains(level))
+        };
+        let bricks = (0_u32..).zip(&lattice.bricks.ranges);
+        bricks.filter(|(_, range)| is_passed(range)).map(|(brick, _)| brick).collect()
+    }
+
     /// Lets go of a field.
     pub fn clear_field(&mut self, which: SlabField) {
         self.picture = None;
@@ -400,6 +414,7 @@ impl Renderer {
         let drawing = match plan.field() {
             Some(_) if plan.reconstructs() => {
                 check_slabs(plan, glam::DVec3::ZERO)?;
+                self.forget_growths(plan, which);
                 self.of_field(plan, which, stop_below, ticket)?
             }
             Some(_) => {
@@ -482,6 +497,15 @@ impl Renderer {
             return Err(Unsupported(found).into());
         }
         Ok(())
+    }
+
+    /// Lets go of what light that a plan does not have takes for the growth of cells.
+    fn forget_growths(&mut self, plan: &Plan, which: SlabField) {
+        let field = self.fields[which as usize].as_mut();
+        if let Some(Own::Cells(cells)) = field.and_then(|field| field.lattice.own.as_mut()) {
+            let light = Light::of(plan).filter(|light| light.uses_gradient);
+            cells.forget_growths(light.map(|light| light.is_of_slabs && light.is_of_borders));
+        }
     }
 
     /// What a plan with a field is drawn from, where that and its table are there.

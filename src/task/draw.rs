@@ -159,7 +159,7 @@ impl Drawer {
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_) => {
                 plan.kernels.is_empty() && plan.field().is_some()
             }
-            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Full => false,
+            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Bricks { .. } | Rung::Full => false,
         };
         match is_of_octree && !draws_nodes(&plan.mode, rung) {
             true => EngineKind::Gpu,
@@ -249,6 +249,10 @@ impl Drawer {
             Rung::Cheaper(kernel) => self.grid(plan, kernel, observer),
             Rung::Reduced { field, shrink } => {
                 self.reduced(plan, Reduction { field, shrink, cut: None }, observer)
+            }
+            Rung::Bricks { max_error } => {
+                let cut = self.cuts.ask(plan, max_error);
+                self.reduced(plan, Reduction { field: SlabField::Own, shrink: 1.0, cut }, observer)
             }
             Rung::Full => self.full(plan, observer),
         }

@@ -140,6 +140,8 @@ pub struct FrameReport {
     pub engine: EngineKind,
     /// What the native engine does not draw of it, where that was to draw.
     pub not_native: Option<String>,
+    /// Which of the native engine's loops drew it, where one did.
+    pub native_loop: Option<&'static str>,
     /// What drew it.
     pub backend: Backend,
     /// Wall milliseconds from camera set to queue finished.
@@ -209,6 +211,7 @@ impl FrameReport {
             kernels_total: voxels,
             engine: EngineKind::default(),
             not_native: None,
+            native_loop: None,
             backend,
             frame_ms,
             budget_ms: None,

@@ -25,6 +25,11 @@ pub enum Rung {
         /// Greatest error of a node (see `hierarchy::Node::error`).
         max_error: f32,
     },
+    /// The cut of the reconstructed field of an error, at full size; all of the field where it has no cuts.
+    Bricks {
+        /// Greatest error of a brick (see `hierarchy::BrickErrors`).
+        max_error: f32,
+    },
     /// Every 2^level-th sample along each axis, averaged.
     Subsampled {
         /// Level of the pyramid.

@@ -163,6 +163,7 @@ fn the_status_line_says_what_the_picture_costs_and_is_off_by() {
     assert!(bench.tells("Usually 40 to 66 dB in the exact mode"));
     assert!(bench.tells("estimated at 31.0 dB; against the full picture it had 30.0 dB"));
     assert!(bench.tells("peak signal-to-noise ratio") && bench.tells("Drawn by gradients (test)"));
+    assert!(bench.tells("by its loop for gradients (loop)"));
     bench.harness.check_accessibility();
     bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
     assert!(bench.tells("Moving · ") && bench.tells(" · about 31 dB"));

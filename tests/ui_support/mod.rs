@@ -203,6 +203,7 @@ fn gradient(request: &FrameRequest) -> Picture {
     let report = FrameReport {
         engine: EngineKind::Gpu,
         not_native: None,
+        native_loop: Some("gradients (loop)"),
         level,
         kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
         vector_splats: (!request.scene.shows_field()).then_some(321),

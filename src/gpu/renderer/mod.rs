@@ -250,6 +250,11 @@ impl Renderer {
         self.slabs[which as usize].holds(volume, settings)
     }
 
+    /// Whether light that falls on the border of cells (`Shading::lights_borders`) finds what it takes for their growths.
+    pub fn is_field_lit(&self, which: SlabField) -> bool {
+        self.slabs[which as usize].is_lit()
+    }
+
     /// Whether a field that was set has got its table since.
     pub fn holds_slab_table(&self, which: SlabField) -> bool {
         self.slabs[which as usize].holds_table()
@@ -269,6 +274,32 @@ impl Renderer {
         which: SlabField,
         volume: &Arc<ScalarVolume>,
         settings: &SplatSettings,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        self.set_field_for(which, volume, (settings, false), coefficients, ticket)
+    }
+
+    /// The same with what light that falls on the border of cells takes for their growths.
+    ///
+    /// # Errors
+    /// Too large, cancelled, or a failing device.
+    pub fn set_lit_field(
+        &mut self,
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        settings: &SplatSettings,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        self.set_field_for(which, volume, (settings, true), coefficients, ticket)
+    }
+
+    fn set_field_for(
+        &mut self,
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        settings: (&SplatSettings, bool),
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<(), GpuError> {

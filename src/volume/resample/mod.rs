@@ -137,8 +137,11 @@ impl Grid {
         }
         let own = || (0..values.len()).into_par_iter().map(|i| values.get(i)).collect::<Vec<_>>();
         if let Some(cells) = self.cells()? {
-            // Numbers, and what is known of each solid.
-            let needed = 8 * values.len() as u64 + 64 * cells.solids().len() as u64;
+            // Numbers, what is known of each solid, and the faces among which the outer ones are sought; light, which may be
+            // asked for later, takes growths of each point in double and in single precision.
+            let faces: usize = cells.solids().iter().map(|solid| solid.kind().faces().len()).sum();
+            let of_cells = 64 * cells.solids().len() as u64 + 48 * faces as u64;
+            let needed = 8 * values.len() as u64 + of_cells + 40 * cells.points().len() as u64;
             memory::require("the values of the cells", needed, memory::free_bytes())?;
             let on = match field.association {
                 Association::Point => On::Points,
