@@ -1516,6 +1516,43 @@ fn an_encoding_ends_by_its_mean_error_or_by_the_bytes_of_its_file() {
 }
 
 #[test]
+fn four_points_have_four_functions_and_what_is_said_names_what_was_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (points, output) = (at("four.csv"), at("four.vrbf"));
+    std::fs::write(&points, "x,y,z,v\n0,0,0,1\n1,0,0,5\n0,2,0,-3\n0.3,0.2,4,2.5\n").expect("room");
+    let made = voxsplat(&["encode", &points, "-o", &output, "--max-error", "1%"]);
+    assert_eq!(made.status.code(), Some(0), "{}", errors(&made));
+    let encoded = voxsplat::io::vrbf::load(Path::new(&output)).expect("a valid file");
+    assert!(encoded.errors.max <= 0.08, "{}", encoded.errors);
+    // By one function, which is no plural.
+    let few = ["encode", &points, "-o", &output, "--mean-error", "0.01%", "--functions", "1"];
+    let said = errors(&voxsplat(&few));
+    assert!(said.contains("a mean error of ") && !said.contains("greatest error of "), "{said}");
+    assert!(said.contains(": 1 function, "), "{said}");
+    let told = voxsplat(&["info", &output]);
+    assert!(String::from_utf8_lossy(&told.stdout).contains("1 function (ellipsoid)"));
+    let none = voxsplat(&["encode", &points, "-o", &output, "--seconds", "3"]);
+    let said = errors(&none);
+    assert!(none.status.code() == Some(2) && said.contains("--mean-error, --bytes or"), "{said}");
+}
+
+#[test]
+fn that_no_function_is_left_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (encoded, picture) = (at("a.vrbf"), at("a.png"));
+    let made = voxsplat(&["encode", "demo:blobs:8", "-o", &encoded, "--max-error", "20%"]);
+    assert_eq!(made.status.code(), Some(0), "{}", errors(&made));
+    let said = |rms: &str| {
+        let flags = ["--resolution", "16,16", "--functions-error", rms];
+        errors(&voxsplat(&[&["render", &encoded, "-o", &picture][..], &flags].concat()))
+    };
+    assert!(said("1e300").contains("all basis functions are left out"), "{}", said("1e300"));
+    assert!(!said("1e-9").contains("left out"), "{}", said("1e-9"));
+}
+
+#[test]
 fn favoured_samples_are_told_apart_and_favoured_again_by_who_goes_on() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
@@ -1544,6 +1581,12 @@ fn favoured_samples_are_told_apart_and_favoured_again_by_who_goes_on() {
     let favoured = read(&first).expect("told");
     assert_eq!((favoured.times, favoured.range), (20.0, Some([0.2, 9.0])));
     assert!(favoured.region.is_some() && read(&second) == Some(favoured));
+    let info = voxsplat(&["info", &second]);
+    let info = String::from_utf8_lossy(&info.stdout).into_owned();
+    assert!(
+        info.contains("values 0.2 to 9 in the box from (") && info.contains("counted 20 times: "),
+        "{info}"
+    );
 
     let cases: [(&[&str], i32, &str); 8] = [
         (&["--favour-times", "5"], 2, "--favour-range or --favour-box"),
