@@ -263,6 +263,9 @@ impl Window {
             let running = self.encoding.as_ref();
             let has_clip_box = scene.inside.clip.bounds.is_some();
             let choice = (&mut self.encode_choice, has_clip_box);
+            let second =
+                (self.compare.on && self.compare.edits_second).then_some(&mut self.compare.second);
+            splat::limits_ui(ui, second.unwrap_or(&mut scene.splat));
             encoding::encoding_ui(ui, document, choice, running)
         });
         let vector_request = document.has_vectors().then(|| {

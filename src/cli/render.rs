@@ -12,6 +12,7 @@ use super::stats::{LeftOutRow, Stats, asked_of};
 use super::vectors::{VectorFlags, Vectors};
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
+use crate::rbf::four_digits;
 use crate::scene::annotations::Layout;
 use crate::scene::{
     BESIDE, Background, Classify, CutSettings, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL,
@@ -103,6 +104,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.own_kernels().map_or(scene.voxel_count(), |(_, count)| count);
     let kernels_total = (kernels_total, LeftOutRow::of(&scene));
+    let all_left_out = all_left_out(&scene);
     let engine = Engine::start(flags.engine.choice()?, || ());
     let view = View::new(&scene, flags.resolution);
     let annotated = flags.annotations.map(|annotations| {
@@ -190,6 +192,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             note(&no_room(&left_out));
         }
     }
+    if let Some(told) = all_left_out {
+        note(&told);
+    }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
         let stats = Stats::of(&still, splat, (asked, &effects), refine, kernels_total, load_ms);
@@ -197,6 +202,18 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// What is said where nothing is left of a sum of functions.
+fn all_left_out(scene: &Scene) -> Option<String> {
+    let (left_out, rms) = scene.left_out_functions()?;
+    let all = scene.volume()?.functions.as_ref()?.functions().len();
+    (all > 0 && left_out == all as u64).then(|| {
+        format!(
+            "all basis functions are left out (rms {}), so that one value is everywhere; give a smaller --functions-error",
+            four_digits(rms)
+        )
+    })
 }
 
 /// `--loop`: one whole cycle of the vectors.

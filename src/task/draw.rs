@@ -184,6 +184,16 @@ impl Drawer {
         }
     }
 
+    /// Draws what nobody waits for: what that costs says nothing of the pictures that somebody does.
+    pub(super) fn aside<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+        let prices = (self.engine, self.costs, self.other_costs);
+        let (shrink, reduction) = (self.last_shrink, self.last_reduction);
+        let done = work(self);
+        (self.engine, self.costs, self.other_costs) = prices;
+        (self.last_shrink, self.last_reduction) = (shrink, reduction);
+        done
+    }
+
     /// Whether the native engine draws the plan that was prepared or drawn last.
     pub(super) fn is_native(&self) -> bool {
         self.engine == EngineKind::Native
@@ -336,7 +346,7 @@ impl Drawer {
             (Some(_), Some(pyramid)) => pyramid.thinning.factor(&cut.nodes),
             _ => 1.0,
         };
-        let count = cut.nodes.len() as u64;
+        let (count, levels) = (cut.nodes.len() as u64, levels(&cut));
         if is_native {
             let thinner = |node: Node| Node { extinction: node.extinction * factor, ..node };
             let nodes: Vec<Node> = cut.nodes.iter().map(node).map(thinner).collect();
@@ -359,6 +369,7 @@ impl Drawer {
             size: smaller,
             kernels: count,
             nodes: count,
+            levels,
             max_error,
             missing_rmse,
             wall_ms,
@@ -402,7 +413,7 @@ impl Drawer {
         let start = Instant::now();
         let (size, view) = (plan.size, plan.view());
         let cut = self.cut_of(plan, &view, limits);
-        let count = cut.nodes.len() as u64;
+        let (count, levels) = (cut.nodes.len() as u64, levels(&cut));
         if is_native {
             let nodes: Vec<Node> = cut.nodes.iter().map(node).collect();
             self.native_nodes(plan, &nodes, observer)?;
@@ -420,6 +431,7 @@ impl Drawer {
             size,
             kernels: count,
             nodes: count,
+            levels,
             max_error: limits.max_error,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
             ..Drawn::default()
@@ -557,6 +569,15 @@ pub(super) fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {
 fn draws_nodes(mode: &SplatSettings, rung: Rung) -> bool {
     let kernel = if let Rung::Cheaper(kernel) = rung { kernel } else { mode.kernel };
     mode.backend != Backend::Raster && kernel != Kernel::Gouraud
+}
+
+/// Of how many levels the nodes of a cut are.
+fn levels(cut: &Cut) -> usize {
+    let side = |node: &CutNode| node.size.iter().fold(1, |most, &side| most.max(side));
+    let sides = cut.nodes.iter().fold(0_u64, |seen, node| {
+        seen | 1 << u64::from(side(node).next_power_of_two().trailing_zeros())
+    });
+    sides.count_ones() as usize
 }
 
 fn node(CutNode { low, size, node, .. }: &CutNode) -> Node {

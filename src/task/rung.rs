@@ -80,6 +80,8 @@ pub struct Drawn {
     pub kernels: u64,
     /// Octree nodes among them.
     pub nodes: u64,
+    /// How many levels of the octree these are of: sizes, of boxes that the volume's border does not cut.
+    pub levels: usize,
     /// The error of the cut; 0 for `full`.
     pub max_error: f32,
     /// What pixels that points leave out are thought to cost, RMSE in linear light; else 0.

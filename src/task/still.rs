@@ -12,6 +12,7 @@ use super::engine::HeldBytes;
 use super::engines::{Canvas, EngineKind};
 use super::estimate::{Coarseness, Estimator};
 use super::previews::is_plain;
+use super::remaining;
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
@@ -103,7 +104,7 @@ pub struct StillRequest {
     /// More frames after the picture, each with the camera turned by one degree, for timing.
     pub repeat: u32,
     /// Whether to time each pass, in one more frame, and to find what each effect of a full picture costs
-    /// and changes, in a few more.
+    /// and changes, in a few more, and what the picture is off by.
     pub time_passes: bool,
 }
 
@@ -142,8 +143,9 @@ pub struct Still {
     pub frame_ms: Vec<f64>,
     /// The reconstructed field that it shows; `None` where kernels are shaded first, and of cuts.
     pub field: Option<ShownField>,
-    /// What a picture within a budget is thought to be off by: RMSE to `full` in linear light, by a
-    /// model that has seen no picture of this volume yet.
+    /// What it is thought to be off by, RMSE in linear light over black. Where passes were timed, against the converged
+    /// picture, measured at some of its pixels ([`super::remaining`]). Else of a picture within a budget to `full`, by a
+    /// model that has seen no picture of this volume yet; `None` of others.
     pub estimated_rmse: Option<f64>,
     /// Pass times, where asked for, of one more frame in which each pass is submitted and waited for
     /// by itself: disjoint spans of [`Still::timed_frame_ms`], not of `frame_ms`.
@@ -360,7 +362,7 @@ pub(super) fn draw(
         }
         false => Vec::new(),
     };
-    Ok(Still {
+    let mut still = Still {
         size: *size,
         outline: plan.outline(),
         effects,
@@ -394,7 +396,42 @@ pub(super) fn draw(
         convergence,
         cells,
         capped_opacities: drawer.capped_count(&plan),
-    })
+    };
+    if request.time_passes {
+        // At the size that was asked for, with the slabs that it came to.
+        let plan = Plan::of(scene, *size).in_mode(plan.mode);
+        if let Some(rmse) = measured_error(drawer, &plan, &still, &mut watch)? {
+            still.estimated_rmse = Some(rmse);
+        }
+    }
+    Ok(still)
+}
+
+/// What a still is found to be off by, against the converged picture; `None` where some of its pixels do not tell: quick
+/// pictures with marks or triangles on them, whose pixels are means.
+fn measured_error(
+    drawer: &mut Drawer,
+    plan: &Plan,
+    still: &Still,
+    watch: &mut Watch<'_>,
+) -> Result<Option<f64>, StillError> {
+    let is_finished = still.is_full || still.drawn.is_whole(still.size);
+    let measured = match is_finished {
+        true => remaining::of_finished(drawer, plan, &still.light, watch),
+        false if plan.kernels.is_empty() && plan.surfaces.is_empty() => {
+            remaining::of_shown(drawer, plan, &still.light, watch)
+        }
+        false => return Ok(None),
+    };
+    match measured {
+        Ok(rmse) => Ok(Some(rmse)),
+        // The picture is there all the same.
+        Err(error) if error.is_refusal() && error != DrawError::Interrupted => {
+            log::warn!("what the picture is off by was not found: {error}");
+            Ok(None)
+        }
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// The light of the picture that was drawn last, and what it took to have it in memory, milliseconds: nothing where the

@@ -81,7 +81,7 @@ impl Worker {
                     let again = Arc::new(again);
                     self.finished = Some((request.clone(), Arc::clone(&again)));
                     self.publish(again);
-                    return Ok(());
+                    return self.tell_remaining_of_full();
                 }
                 // A moving hand has seen it, or it was drawn before a still interrupted.
                 let seen = self.preview_of(request).is_some();
@@ -125,10 +125,12 @@ impl Worker {
                         break;
                     }
                 }
-                match doublings(request, full_ms) {
-                    Some(doublings) => self.converge(request, doublings, share),
-                    None => Ok(()),
+                if let Some(doublings) = doublings(request, full_ms)
+                    && let Some(last) = self.converge(request, doublings, share)?
+                {
+                    return self.tell_remaining(last);
                 }
+                self.tell_remaining_of_full()
             }
         }
     }
@@ -384,6 +386,8 @@ impl Worker {
             }
         };
         let drawn = drawer.draw(&plan, rung, &mut watch);
+        let is_whole = |drawn: &Drawn| rung == Rung::Full || drawn.is_whole(request.size);
+        self.holds_finished = drawn.as_ref().is_ok_and(is_whole);
         if matches!((rung, manner), (Rung::Coarse { .. }, Manner::InPieces { .. })) {
             // A picture that may take far longer has other prices than those the hand needs.
             drawer.costs = learnt;
@@ -492,7 +496,7 @@ fn note_refined(request: &FrameRequest, full: &mut Picture) {
     full.report.refined = doublings(request, full_ms).map(|doublings| doublings.report());
 }
 
-fn no_device() -> DrawError {
+pub(super) fn no_device() -> DrawError {
     GpuError::Device("no device".to_owned()).into()
 }
 
@@ -604,7 +608,7 @@ pub(super) enum Manner {
 }
 
 /// Announces a rung's progress, and stops it when something newer came.
-struct Watch<'a> {
+pub(super) struct Watch<'a> {
     worker: &'a Worker,
     request: &'a FrameRequest,
     manner: Manner,
@@ -617,7 +621,12 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(worker: &'a Worker, request: &'a FrameRequest, manner: Manner, drawer: &Drawer) -> Self {
+    pub(super) fn new(
+        worker: &'a Worker,
+        request: &'a FrameRequest,
+        manner: Manner,
+        drawer: &Drawer,
+    ) -> Self {
         let start = Instant::now();
         Self {
             worker,
