@@ -97,7 +97,9 @@ fn finished_pictures_are_off_by_what_they_say() {
             worst = worst.max(off.abs());
         }
     }
-    println!("measured: {right} of {pictures} within {WITHIN_DB} dB, the worst off by {worst:.1} dB");
+    println!(
+        "measured: {right} of {pictures} within {WITHIN_DB} dB, the worst off by {worst:.1} dB"
+    );
     assert!(right as f64 >= SHARE * f64::from(pictures), "{right} of {pictures}");
 }
 

@@ -212,6 +212,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
     let surface = if mode.draws_points { None } else { surface::of(input, flags)? };
     let look = FirstLook::of(&volume, space);
     let look = if surface.is_some() { look.of_surface() } else { look };
+    let unlit = look.unlit_mode();
     let mut opening = scene::seen_first(source, Arc::clone(&volume), look, space);
     if let Some(up) = flags.camera_up_axis {
         let (direction, shown_up) = orientation.first_view().direction_and_up(orientation);
@@ -239,7 +240,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
     }
     // Who says what is seen, and how densely, says whether it is lit, too.
     let lighting = opening.shading.lighting.take().filter(|_| !flags.say_what_is_seen());
-    let splat = mode.beside(opening.splat);
+    let splat = mode.beside(if lighting.is_some() { opening.splat } else { unlit });
     let shading = Shading { regions, lighting, ..Shading::default() };
     let spacing = volume.lattice.smallest_spacing();
     if let Some(sentence) = splat.opacity_unit_distance.and_then(|unit| all_opaque(unit, spacing)) {

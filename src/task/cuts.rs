@@ -225,7 +225,7 @@ impl Key {
         &self,
         means: Option<Arc<Means>>,
         stores: bool,
-        Known { dims, shown, passed }: Known,
+        Known { dims, mut shown, passed }: Known,
         ticket: &Ticket,
     ) -> Outcome {
         let volume = &self.volume;
@@ -248,8 +248,11 @@ impl Key {
         );
         let function = (&function, self.thickness);
         let mut errors = BrickErrors::of(volume, &means, function, (dims, &shown), ticket)?.errors;
-        // Means have their isosurfaces elsewhere.
+        // Means have their isosurfaces elsewhere. Beside these nothing else need show in a brick.
         passed.iter().for_each(|&brick| errors[brick as usize] = [f32::INFINITY; COARSER]);
+        shown.extend(passed);
+        shown.sort_unstable();
+        shown.dedup();
         let bricks = Bricks { key: self.clone(), means, dims, shown, errors };
         let candidates = ERRORS.map(|max_error| bricks.candidate(max_error)).into();
         Ok(Some(Found { levels, candidates, bricks }))
