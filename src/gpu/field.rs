@@ -1,6 +1,9 @@
 //! A reconstructed field on the device: its coefficients, and where it can show.
 
+use std::ops::Range;
 use std::sync::OnceLock;
+
+use rayon::prelude::*;
 
 use super::GpuError;
 use super::buffers::Growing;
@@ -182,29 +185,13 @@ impl DeviceField {
         let chunk_words = words.div_ceil(shares).next_multiple_of(4).max(4);
         let mut chunks = Vec::new();
         let mut size_bytes = 0;
-        let mut packed: Vec<u32> = Vec::new();
         for start in (0..words).step_by(chunk_words) {
             let end = (start + chunk_words).min(words);
             let bytes = ((end - start) * 4).next_multiple_of(16) as u64;
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
             let buffer = Growing::make(context, "field", usage, bytes);
             size_bytes += bytes;
-            for run in (start..end).step_by(UPLOAD_WORDS) {
-                ticket.checkpoint(run as u64, words as u64).map_err(|_| GpuError::Cancelled)?;
-                packed.clear();
-                packed.resize((end - run).min(UPLOAD_WORDS), 0);
-                use rayon::prelude::*;
-                packed.par_chunks_mut(1 << 14).enumerate().for_each(|(i, part)| {
-                    for (j, out) in part.iter_mut().enumerate() {
-                        *out = word(run + i * (1 << 14) + j);
-                    }
-                });
-                let at = ((run - start) * 4) as u64;
-                context.queue.write_buffer(&buffer, at, bytemuck::cast_slice(&packed));
-                // Let the copies go before the next ones are staged.
-                context.queue.submit([]);
-                context.finish()?;
-            }
+            write_words(context, (&buffer, 0), start..end, &word, ticket)?;
             chunks.push(buffer);
         }
         let weighs = match kernel {
@@ -366,7 +353,7 @@ fn bounds(
 
 /// How coarse 65 536 steps over the coefficients are: in whole numbers of whole-number data; of others
 /// in 1024ths of the range that holds all values but the outer hundredths.
-fn step_of_sixteen_bits(volume: &ScalarVolume, min: f64, max: f64) -> Step {
+pub(super) fn step_of_sixteen_bits(volume: &ScalarVolume, min: f64, max: f64) -> Step {
     let step = (max - min) / 65535.0;
     match volume.samples.scalar_type() {
         ScalarType::Float32 | ScalarType::Float64 => {
@@ -384,14 +371,14 @@ fn step_of_sixteen_bits(volume: &ScalarVolume, min: f64, max: f64) -> Step {
 
 /// A step of 16 bits, see [`step_of_sixteen_bits`].
 #[derive(Debug, Clone, Copy)]
-enum Step {
+pub(super) enum Step {
     OfWhole(f64),
     OfAny(f64),
 }
 
 impl Step {
     /// Whether 16 bits lose nothing that counts.
-    fn is_fine(self) -> bool {
+    pub(super) fn is_fine(self) -> bool {
         let (Self::OfWhole(step) | Self::OfAny(step)) = self;
         step <= 0.25
     }
@@ -400,6 +387,36 @@ impl Step {
     fn is_whole(self) -> bool {
         matches!(self, Self::OfWhole(step) if step <= 1.0)
     }
+}
+
+/// Writes some of the words that there are into a buffer, from one of its words on.
+///
+/// # Errors
+/// Cancelled, or a failing device.
+pub(super) fn write_words(
+    context: &Context,
+    (buffer, first): (&wgpu::Buffer, usize),
+    words: Range<usize>,
+    word: &(impl Fn(usize) -> u32 + Sync),
+    ticket: &Ticket,
+) -> Result<(), GpuError> {
+    let mut packed: Vec<u32> = Vec::new();
+    for run in words.clone().step_by(UPLOAD_WORDS) {
+        ticket.checkpoint(run as u64, words.end as u64).map_err(|_| GpuError::Cancelled)?;
+        packed.clear();
+        packed.resize((words.end - run).min(UPLOAD_WORDS), 0);
+        packed.par_chunks_mut(1 << 14).enumerate().for_each(|(i, part)| {
+            for (j, out) in part.iter_mut().enumerate() {
+                *out = word(run + i * (1 << 14) + j);
+            }
+        });
+        let at = ((first + run - words.start) * 4) as u64;
+        context.queue.write_buffer(buffer, at, bytemuck::cast_slice(&packed));
+        // Let the copies go before the next ones are staged.
+        context.queue.submit([]);
+        context.finish()?;
+    }
+    Ok(())
 }
 
 /// Stands for "no value here": a value that no table shows.
@@ -431,7 +448,7 @@ fn room_for(context: &Context, kernel: Kernel, words: usize) -> Result<usize, Gp
 }
 
 /// Words in a storage binding.
-fn most_words(context: &Context) -> u64 {
+pub(super) fn most_words(context: &Context) -> u64 {
     let limits = &context.limits;
     let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     // Whole vectors, and numbers of 32 bits.

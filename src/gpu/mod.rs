@@ -18,6 +18,7 @@ mod functions;
 mod gather;
 mod inside;
 pub mod layout;
+mod levels;
 mod list_plan;
 mod marks;
 mod meshes;
@@ -49,7 +50,7 @@ pub use renderer::Renderer;
 pub use scattered::{ListTotals, Scattered};
 pub use slabs::PictureConstants;
 pub use sort::MOST_KEYS;
-pub use supports::supports;
+pub use supports::{draws_cut, supports};
 pub use triangles::GridTotals;
 pub use vectors::{VectorLook, VectorSplats};
 

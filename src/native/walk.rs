@@ -7,7 +7,7 @@ use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
 use super::lattice::{Finds, Lattice, Method};
-use super::levels::{Faces, Levels, Next, SEGMENT, segments_of};
+use super::levels::{Faces, Levels, Next, segments_of};
 use super::light::{self, Light};
 use super::masks::Masks;
 use super::own::{Found, Own, OwnAlong, OwnLanded};
@@ -18,7 +18,7 @@ use super::solids::Growths;
 use super::sums::{Asked, Sums};
 use super::surfaces::{Ahead, Surfaces};
 use super::table::{Halves, Table};
-use crate::plan::EMPTY;
+use crate::plan::{EMPTY, SEGMENT};
 
 /// Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 /// lattice they are clipped.

@@ -9,10 +9,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::draw::{DrawError, Drawer, Observer};
+use super::engines::EngineKind;
 use super::estimate::field_rmse;
 use super::job::Job;
 use super::previews::{Reduction, is_scaled};
 use crate::core::{Cancelled, Ticket};
+use crate::gpu::{GpuError, Renderer, draws_cut};
 use crate::hierarchy::{BrickErrors, Means, MeansOfLevel, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, Kernel};
 use crate::native::StoredLevels;
@@ -26,8 +28,11 @@ use crate::volume::ScalarVolume;
 /// Errors of bricks that are tried, the least first.
 const ERRORS: [f32; 5] = [0.001, 0.002, 0.004, 0.008, 0.016];
 /// Time that a brick of each level takes, as a share of one of the whole field: where that is B-splines, and where it is
-/// tents. Looking up the level is in it. Fitted to three scans (`benches/results/cuts.md`).
-const WORK: [[f64; COARSER + 1]; 2] = [[0.95, 0.4, 0.18], [1.05, 0.5, 0.27]];
+/// tents. Looking up the level is in it. By engine: of the native one fitted to three scans (`benches/results/cuts.md`); of the GPU
+/// engine a guess from what its rays fetch, 32 words a face of B-splines and 4 one of tents or means, with as much again for rays
+/// that wait for those beside them: not measured on any device. What pictures take moves either (`FieldCuts::learn`).
+const WORK: [[[f64; COARSER + 1]; 2]; 2] =
+    [[[0.95, 0.4, 0.18], [1.05, 0.5, 0.27]], [[1.0, 0.4, 0.25], [1.05, 0.7, 0.4]]];
 /// A picture's RMSE as a share of what its bricks' errors would come to if nothing hid them. A guess: not yet fitted.
 const SEEN_SHARE: f64 = 0.5;
 /// What is lost by leaving out pixels grows with the distance between them, as this power of it: 1.2 to 1.4 on three scans.
@@ -57,6 +62,8 @@ pub(super) struct FieldCuts {
     sampling: Option<(f64, f64)>,
     /// log₂ of how many times longer cuts take than their bricks say, by [`SlabField`].
     longer: [f64; 2],
+    /// Whose prices these are.
+    engine: EngineKind,
 }
 
 /// What cuts are of.
@@ -85,9 +92,17 @@ type Outcome = Result<Option<Found>, ScalarPyramidError>;
 struct Found {
     means: Arc<Means>,
     /// What the engine draws means from, where it has none yet.
-    levels: Option<StoredLevels>,
+    levels: Option<Stored>,
     candidates: Vec<Candidate>,
     errors: Vec<[f32; COARSER]>,
+}
+
+/// What an engine takes means in from.
+#[derive(Debug)]
+enum Stored {
+    Native(StoredLevels),
+    /// The GPU engine, which uploads them.
+    Means([Coefficients; COARSER]),
 }
 
 /// A cut that may be drawn.
@@ -97,8 +112,8 @@ struct Candidate {
     cut: Arc<FieldCut>,
     /// Σ e² over its bricks: e the error of a brick a sample thick times the samples through it.
     squares: f64,
-    /// What a ray costs, of what one of all of the field does, by [`SlabField`].
-    shares: [f64; 2],
+    /// What a ray costs, of what one of all of the field does, by engine and [`SlabField`].
+    shares: [[f64; 2]; 2],
 }
 
 /// Whether quick pictures of a plan may be of cuts of its field.
@@ -151,7 +166,7 @@ impl Key {
     fn find(
         &self,
         means: Option<Arc<Means>>,
-        stores: bool,
+        stores: Option<EngineKind>,
         (bricks, shown): ([usize; 3], &[u32]),
         ticket: &Ticket,
     ) -> Outcome {
@@ -164,8 +179,11 @@ impl Key {
             },
         };
         let levels = match stores {
-            true => Some(stored_levels(volume, &means, ticket)?),
-            false => None,
+            Some(EngineKind::Native) => {
+                Some(Stored::Native(stored_levels(volume, &means, ticket)?))
+            }
+            Some(EngineKind::Gpu) => Some(Stored::Means(means_of(volume, &means, ticket)?)),
+            None => None,
         };
         let function = Cumulative::new(
             &self.transfer,
@@ -189,6 +207,18 @@ pub fn stored_levels(
     means: &Means,
     ticket: &Ticket,
 ) -> Result<StoredLevels, Cancelled> {
+    StoredLevels::new(volume, means_of(volume, means, ticket)?, ticket)
+}
+
+/// The same as the GPU engine does.
+///
+/// # Errors
+/// Cancelled.
+pub fn means_of(
+    volume: &ScalarVolume,
+    means: &Means,
+    ticket: &Ticket,
+) -> Result<[Coefficients; COARSER], Cancelled> {
     let of = |level: usize| {
         let MeansOfLevel { dims, values } = &means.levels[level];
         let volume_dims = volume.lattice.dims;
@@ -196,7 +226,7 @@ pub fn stored_levels(
         let averaged = Averaged { level: level as u32 + 1, volume_dims, half_widths: Vec::new() };
         Coefficients::of_means(*dims, values.clone(), means.bias, averaged, ticket)
     };
-    StoredLevels::new(volume, [of(0)?, of(1)?], ticket)
+    Ok([of(0)?, of(1)?])
 }
 
 /// The coarsest cut of `bricks` along each axis whose bricks are off by no more than an error; those that are not `shown`
@@ -232,7 +262,7 @@ impl Candidate {
         let share = |work: [f64; COARSER + 1]| {
             counts.iter().zip(work).map(|(n, work)| n * work).sum::<f64>() / total
         };
-        Self { max_error, cut: Arc::new(cut), squares, shares: WORK.map(share) }
+        Self { max_error, cut: Arc::new(cut), squares, shares: WORK.map(|work| work.map(share)) }
     }
 }
 
@@ -294,10 +324,18 @@ impl FieldCuts {
         Some(Cells::from_cells(cells, shown.len() as u64, *max_error))
     }
 
+    /// Turns to another engine, whose prices are its own, and which has means of its own.
+    pub(super) fn turn_to(&mut self, engine: EngineKind) {
+        if self.engine != engine {
+            *self = Self { means: self.means.take(), engine, ..Self::default() };
+        }
+    }
+
     /// What a ray through a cut costs, of what one through all of a field does.
     pub(super) fn share(&self, number: CutNumber, field: SlabField) -> f64 {
         let longer = self.longer[field as usize].exp2();
-        self.candidate(number).map_or(1.0, |found| found.shares[field as usize] * longer)
+        let engine = usize::from(self.engine == EngineKind::Gpu);
+        self.candidate(number).map_or(1.0, |found| found.shares[engine][field as usize] * longer)
     }
 
     /// Takes in a picture: of a cut of which field, if of any, and how many times longer than was thought that took. Whether
@@ -350,11 +388,15 @@ impl Drawer {
     /// # Errors
     /// A thread that does not start, or fails.
     pub(super) fn advance_cuts(&mut self, plan: &Plan) -> Result<(), DrawError> {
-        if !self.is_native() || !self.engines.native.draws_cuts() || !has_cuts(plan) {
+        if !self.draws_cuts(plan) {
+            // A device's memory is short.
+            if let Some(renderer) = self.engines.made_gpu_mut() {
+                renderer.clear_levels();
+            }
             return Ok(());
         }
         let Some(field) = plan.field() else { return Ok(()) };
-        let holds_levels = self.engines.native.holds_levels(&field.volume);
+        let holds_levels = self.holds_levels(&field.volume);
         if holds_levels && self.cuts.ready.as_ref().is_some_and(|ready| ready.key.is_of(plan)) {
             return Ok(());
         }
@@ -363,42 +405,94 @@ impl Drawer {
         if let Some((of, job)) = self.cuts.under_way.take() {
             match job.look(Duration::ZERO)? {
                 None => self.cuts.under_way = Some((of, job)),
-                Some(found) => self.take_cuts(of, found),
+                Some(found) => self.take_cuts(of, found)?,
             }
             return Ok(());
         }
         if !self.holds_field(SlabField::Own, &field.volume, &plan.mode) {
             return Ok(());
         }
-        let Some((bricks, shown)) = self.engines.native.shown_bricks() else { return Ok(()) };
-        let shown = shown.to_vec();
+        let shown = match self.is_native() {
+            true => {
+                let found = self.engines.native.shown_bricks();
+                found.map(|(bricks, shown)| (bricks, shown.to_vec()))
+            }
+            false => {
+                // What shows is of the function that is drawn now, and quick pictures may have been of the other field.
+                self.prepare_field(plan, SlabField::Own, &mut ())?;
+                self.engines.made_gpu().and_then(Renderer::shown_bricks)
+            }
+        };
+        let Some((bricks, shown)) = shown else { return Ok(()) };
+        let engine = self.cuts.engine;
+        let stores = (!holds_levels).then_some(engine);
         drop(self.cuts.means.take_if(|(of, _)| !Arc::ptr_eq(of, &field.volume)));
         let means = self.cuts.means.as_ref().map(|(_, means)| Arc::clone(means));
         let key = Key::of(plan, field);
         let of = key.clone();
-        let work = move |ticket: &Ticket| of.find(means, !holds_levels, (bricks, &shown), ticket);
+        let work = move |ticket: &Ticket| of.find(means, stores, (bricks, &shown), ticket);
         let job = Job::start(("voxsplat-cuts", "cuts of the field"), work)?;
         self.cuts.under_way = Some((key, job));
         Ok(())
     }
 
-    fn take_cuts(&mut self, key: Key, found: Outcome) {
+    /// Whether the engine that draws now draws cuts of a plan's field.
+    fn draws_cuts(&self, plan: &Plan) -> bool {
+        has_cuts(plan)
+            && match self.is_native() {
+                true => self.engines.native.draws_cuts(),
+                false => draws_cut(plan),
+            }
+    }
+
+    /// Whether it has the means of a volume.
+    fn holds_levels(&self, volume: &Arc<ScalarVolume>) -> bool {
+        match self.is_native() {
+            true => self.engines.native.holds_levels(volume),
+            false => self.engines.made_gpu().is_some_and(|gpu| gpu.holds_levels(volume)),
+        }
+    }
+
+    /// Whether it draws cuts of a field that it has.
+    fn takes_cuts(&self, field: SlabField) -> bool {
+        self.is_native() || self.engines.made_gpu().is_some_and(|gpu| gpu.takes_cuts(field))
+    }
+
+    /// # Errors
+    /// A failing device.
+    fn take_cuts(&mut self, key: Key, found: Outcome) -> Result<(), DrawError> {
         let (candidates, errors) = match found {
             Ok(Some(Found { means, levels, candidates, errors })) => {
                 self.cuts.means = Some((Arc::clone(&key.volume), means));
-                if let Some(levels) = levels {
-                    self.engines.native.set_levels(levels);
+                let set = match levels {
+                    None => Ok(()),
+                    Some(Stored::Native(levels)) => {
+                        self.engines.native.set_levels(levels);
+                        Ok(())
+                    }
+                    Some(Stored::Means(means)) => {
+                        let (gpu, ticket) = (self.engines.gpu()?, Ticket::new());
+                        gpu.set_levels(&key.volume, &means, &ticket)
+                    }
+                };
+                match set {
+                    Ok(()) => (candidates, errors),
+                    Err(error @ GpuError::TooLarge { .. }) => {
+                        log::warn!("quick pictures are of all of the field: {error}");
+                        Default::default()
+                    }
+                    Err(error) => return Err(error.into()),
                 }
-                (candidates, errors)
             }
             Ok(None) => Default::default(),
-            Err(ScalarPyramidError::Cancelled(_)) => return,
+            Err(ScalarPyramidError::Cancelled(_)) => return Ok(()),
             Err(ScalarPyramidError::TooLarge(error)) => {
                 log::warn!("quick pictures are of all of the field: {error}");
                 Default::default()
             }
         };
         self.cuts.ready = Some(Ready { key, candidates, errors });
+        Ok(())
     }
 
     /// Has the cuts of a plan's field at hand, unless something newer comes.
@@ -413,10 +507,7 @@ impl Drawer {
         self.advance_cuts(plan)?;
         let Some((key, job)) = self.cuts.under_way.take() else { return Ok(()) };
         match job.wait(&mut self.engines, observer)? {
-            Some(found) => {
-                self.take_cuts(key, found);
-                Ok(())
-            }
+            Some(found) => self.take_cuts(key, found),
             None => {
                 self.cuts.under_way = Some((key, job));
                 Err(DrawError::Interrupted)
@@ -428,9 +519,8 @@ impl Drawer {
     /// cut of one of the fields that are at hand.
     pub(super) fn with_cut(&self, plan: &Plan, whole: Reduction, budget_ms: f64) -> Reduction {
         let candidates = self.cuts.of(plan);
-        let has_levels =
-            plan.field().is_some_and(|field| self.engines.native.holds_levels(&field.volume));
-        if candidates.is_empty() || !self.is_native() || !has_cuts(plan) || !has_levels {
+        let has_levels = plan.field().is_some_and(|field| self.holds_levels(&field.volume));
+        if candidates.is_empty() || !self.draws_cuts(plan) || !has_levels {
             return whole;
         }
         let loss = |of: &Reduction| {
@@ -440,7 +530,7 @@ impl Drawer {
         };
         let mut best = (loss(&whole), whole);
         for field in [SlabField::Own, SlabField::Preview] {
-            if !self.is_at_hand(plan, field) {
+            if !self.is_at_hand(plan, field) || !self.takes_cuts(field) {
                 continue;
             }
             for number in 0..candidates.len() {
@@ -489,10 +579,16 @@ mod tests {
         // Coarser ones cost less.
         for pair in found.windows(2) {
             assert!(
-                pair[1].shares[0] <= pair[0].shares[0] && pair[1].shares[1] <= pair[0].shares[1]
+                pair[1]
+                    .shares
+                    .as_flattened()
+                    .iter()
+                    .zip(pair[0].shares.as_flattened())
+                    .all(|(b, a)| b <= a)
             );
         }
-        assert!(found[4].shares[0] < 0.5 * WORK[0][0]);
+        assert!(found[4].shares[0][0] < 0.5 * WORK[0][0][0]);
+        assert!(found[4].shares[1][0] > found[4].shares[0][0], "each engine has its own");
     }
 
     #[test]
