@@ -103,6 +103,8 @@ fn bytes(encoding: &Encoding) -> usize {
         favour: None,
         lattice: Lattice::unit([1; 3]),
         fills_box: true,
+        range: None,
+        cover: None,
         space: None,
         unit: None,
     };

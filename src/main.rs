@@ -11,6 +11,7 @@ use voxsplat::core::panics;
 use voxsplat::task::engines::Choice;
 
 fn main() -> ExitCode {
+    name_runtime_folder();
     // Libraries log what is shown to people otherwise, or is no trouble at all.
     let mut log =
         env_logger::Builder::from_env(Env::default().default_filter_or("off,voxsplat=warn"));
@@ -38,8 +39,33 @@ fn main() -> ExitCode {
     std::panic::catch_unwind(|| cli::run(std::env::args_os(), window)).unwrap_or(ExitCode::FAILURE)
 }
 
+/// Names the folder of the user's sockets where the environment does not: libwayland, which Vulkan's loader asks for a screen
+/// even where none is wanted, would write among the program's own words that it is missing.
+#[cfg(target_os = "linux")]
+fn name_runtime_folder() {
+    use std::os::unix::fs::MetadataExt;
+
+    let is_named = |name: &str| {
+        std::env::var_os(name).is_some_and(|value| value.as_encoded_bytes().starts_with(b"/"))
+    };
+    if is_named("XDG_RUNTIME_DIR") {
+        return;
+    }
+    let Ok(own) = std::fs::metadata("/proc/self") else { return };
+    // Where login sessions have it; that it is not there is no trouble.
+    let folder = format!("/run/user/{}", own.uid());
+    #[expect(unsafe_code, reason = "the environment is all that libwayland looks at")]
+    // SAFETY: the program has begun a moment ago, and has no other thread.
+    unsafe {
+        std::env::set_var("XDG_RUNTIME_DIR", folder);
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn name_runtime_folder() {}
+
 fn window(flags: WindowFlags, engine: Choice) -> Result<(), String> {
     let sources = flags.files.iter().map(|file| Source::of(file)).collect();
-    let options = Options { sources, engine, trace: flags.trace };
+    let options = Options { sources, engine, moving: flags.moving, trace: flags.trace };
     app::run(options).map_err(|error| error.to_string())
 }

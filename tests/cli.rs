@@ -508,6 +508,9 @@ fn effects_are_those_of_the_picture_and_what_is_transparent_by_a_table_says_so()
     assert!(!said.contains("octree"), "{said}");
     let cut = ["--shading", "lights", "--refine", "coarse", "--max-error", "0.3"];
     let (effects, said) = run(&cut);
+    assert_eq!(effects, serde_json::json!(["gradients", "lights"]), "of the field: {said}");
+    last_rows.take();
+    let (effects, said) = run(&[&cut[..], &["--cut-error", "classified"]].concat());
     assert_eq!(effects, serde_json::json!([]));
     let rows = last_rows.take();
     assert!(
@@ -567,16 +570,24 @@ fn what_shows_the_inside_is_told_and_refused_where_it_cannot_be_shown() {
         assert_eq!(stats["effects"], serde_json::json!(effects), "{more:?}");
     }
     for (refused, words) in [
-        (&["--clip-box", "60%,50%,0%,100%,0%,100%"][..], "found 60% to 50%; give two of those"),
+        (&["--clip-box", "60%,50%,0%,100%,0%,100%"][..], "found 60% to 50%; give two such"),
         (
-            &["--clip-box", "0,5,0,15,3,99"],
-            "along z, of the samples 0 to 15 or of 0% to 100%, found 3 to 99",
+            &["--clip-box", "0,5,0,15,16,99"],
+            "along z, about some of the samples 0 to 15 or of 0% to 100%, found 16 to 99",
         ),
         (&["--slice", "x=9999"], "a sample from 0 to 15 or a share from 0% to 100%, found 9999"),
         (&["--slice", "x=4", "--visibility", "every-sample"], "with slices, found --visibility"),
         (&["--iso", "0.5", "--classify", "after"], "--classify pre-integrated with an isosurface"),
         (&["--projection", "average", "--iso", "0.5"], "--projection composite with isosurfaces"),
-        (&["--iso", "0.5", "--refine", "coarse", "--max-error", "0.1"], "found --refine coarse"),
+        (
+            &["--iso", "0.5", "--refine", "coarse", "--max-error", "0.1", "--cut-balanced"],
+            "found --refine coarse",
+        ),
+        (&["--moving", "octree"], "--refine coarse and --budget-ms, found no --refine"),
+        (
+            &["--moving", "octree", "--refine", "coarse", "--max-error", "0.1"],
+            "--budget-ms, found --max-error",
+        ),
     ] {
         let run = voxsplat(&[&fixed[..], refused].concat());
         assert_eq!(run.status.code(), Some(2), "{refused:?}: {}", errors(&run));
@@ -603,14 +614,17 @@ fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_tha
     let tents = serde_json::json!({ "which": "preview", "kernel": "linear", "dims": [32, 32, 32] });
     let full = run(&[]);
     assert_eq!(full["field"], own);
-    assert!(full["budget_ms"].is_null() && full["estimated_rmse"].is_null(), "{full}");
+    let estimated = |found: &Value| found["estimated_rmse"].as_f64().expect("an estimate");
+    assert!(full["budget_ms"].is_null() && full["estimated_within_db"] == 3.0, "{full}");
+    // Lit, at one slab a voxel.
+    assert!((1e-3..0.1).contains(&estimated(&full)), "{full}");
     let opaque = run(&["--visibility", "every-sample", "--opacity", "0:1"]);
     assert!(opaque["capped_opacities"].as_u64() > Some(0) && opaque["capped_sums"] == 0);
-    let estimated = |found: &Value| found["estimated_rmse"].as_f64().expect("an estimate");
     let rich = run(&["--refine", "coarse", "--budget-ms", "10000"]);
     assert_eq!((&rich["field"], &rich["budget_ms"]), (&own, &serde_json::json!(10_000.0)));
     assert_eq!(rich["drawn_resolution"], serde_json::json!([160, 120]));
-    assert!(rich["estimated_rmse"].is_null(), "the finished picture: {rich}");
+    let off = estimated(&rich) / estimated(&full);
+    assert!((0.99..1.01).contains(&off), "the finished picture: {rich}");
     // So small a time that the picture is a third as wide at least, whatever else the machine does.
     let poor = run(&["--refine", "coarse", "--budget-ms", "0.01"]);
     let width = poor["drawn_resolution"][0].as_u64().expect("a width");
@@ -618,7 +632,7 @@ fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_tha
     // Of whatever is quicker than all of the own field: a cut of it, another, or splats.
     let nodes = poor["octree_nodes"].as_u64().expect("a count");
     assert!(poor["field"] != own || nodes > 0, "{poor}");
-    assert_eq!(nodes > 0, poor["octree_levels"].is_number() || poor["field"].is_null(), "{poor}");
+    assert_eq!(nodes > 0, poor["octree_levels"].as_u64() > Some(0), "{poor}");
     assert!(estimated(&poor) > 0.002, "{poor}");
     // Between these times there is one that is too short for the own field and not for tents.
     let between = (0..9).map(|doublings| (0.5 * 2.0_f64.powi(doublings)).to_string());
@@ -633,10 +647,21 @@ fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_tha
     assert!(of_tents["octree_levels"].is_null(), "{of_tents}");
     let cut = run(&["--refine", "coarse", "--budget-ms", "20", "--visibility", "every-sample"]);
     assert!(cut["field"].is_null() && estimated(&cut) > 0.0, "{cut}");
-    // Told by the picture itself: nothing is estimated.
-    let held = run(&["--refine", "coarse", "--max-error", "0.05"]);
-    assert!(held["field"].is_null() && held["estimated_rmse"].is_null(), "{held}");
+    // To the converged picture, and to the full one.
+    let error = ["--refine", "coarse", "--max-error", "0.05"];
+    let held = run(&[&error[..], &["--cut-error", "classified"]].concat());
+    assert!(held["field"].is_null() && estimated(&held) > 0.0, "{held}");
     assert!(held["budget_ms"].is_null() && held["rmse"].is_number(), "{held}");
+    let held = run(&error);
+    assert!(held["field"] == own && held["octree_levels"].as_u64() >= Some(2), "{held}");
+    assert!(held["octree_error"].as_f64() > Some(0.0) && estimated(&held) > 0.0, "{held}");
+    assert!(held["rmse"].as_f64().is_some_and(|rmse| rmse > 0.0 && rmse <= 0.05), "{held}");
+    // As while the view moves.
+    for (moving, is_cut) in [("octree", true), ("subsampled", false)] {
+        let found = run(&["--refine", "coarse", "--budget-ms", "5", "--moving", moving]);
+        assert_eq!(found["octree_levels"].is_number(), is_cut, "{moving}: {found}");
+        assert_eq!(found["mode"]["cut"]["moving"], moving);
+    }
 }
 
 #[test]
@@ -1491,6 +1516,43 @@ fn an_encoding_ends_by_its_mean_error_or_by_the_bytes_of_its_file() {
 }
 
 #[test]
+fn four_points_have_four_functions_and_what_is_said_names_what_was_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (points, output) = (at("four.csv"), at("four.vrbf"));
+    std::fs::write(&points, "x,y,z,v\n0,0,0,1\n1,0,0,5\n0,2,0,-3\n0.3,0.2,4,2.5\n").expect("room");
+    let made = voxsplat(&["encode", &points, "-o", &output, "--max-error", "1%"]);
+    assert_eq!(made.status.code(), Some(0), "{}", errors(&made));
+    let encoded = voxsplat::io::vrbf::load(Path::new(&output)).expect("a valid file");
+    assert!(encoded.errors.max <= 0.08, "{}", encoded.errors);
+    // By one function, which is no plural.
+    let few = ["encode", &points, "-o", &output, "--mean-error", "0.01%", "--functions", "1"];
+    let said = errors(&voxsplat(&few));
+    assert!(said.contains("a mean error of ") && !said.contains("greatest error of "), "{said}");
+    assert!(said.contains(": 1 function, "), "{said}");
+    let told = voxsplat(&["info", &output]);
+    assert!(String::from_utf8_lossy(&told.stdout).contains("1 function (ellipsoid)"));
+    let none = voxsplat(&["encode", &points, "-o", &output, "--seconds", "3"]);
+    let said = errors(&none);
+    assert!(none.status.code() == Some(2) && said.contains("--mean-error, --bytes or"), "{said}");
+}
+
+#[test]
+fn that_no_function_is_left_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (encoded, picture) = (at("a.vrbf"), at("a.png"));
+    let made = voxsplat(&["encode", "demo:blobs:8", "-o", &encoded, "--max-error", "20%"]);
+    assert_eq!(made.status.code(), Some(0), "{}", errors(&made));
+    let said = |rms: &str| {
+        let flags = ["--resolution", "16,16", "--functions-error", rms];
+        errors(&voxsplat(&[&["render", &encoded, "-o", &picture][..], &flags].concat()))
+    };
+    assert!(said("1e300").contains("all basis functions are left out"), "{}", said("1e300"));
+    assert!(!said("1e-9").contains("left out"), "{}", said("1e-9"));
+}
+
+#[test]
 fn favoured_samples_are_told_apart_and_favoured_again_by_who_goes_on() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
@@ -1519,6 +1581,12 @@ fn favoured_samples_are_told_apart_and_favoured_again_by_who_goes_on() {
     let favoured = read(&first).expect("told");
     assert_eq!((favoured.times, favoured.range), (20.0, Some([0.2, 9.0])));
     assert!(favoured.region.is_some() && read(&second) == Some(favoured));
+    let info = voxsplat(&["info", &second]);
+    let info = String::from_utf8_lossy(&info.stdout).into_owned();
+    assert!(
+        info.contains("values 0.2 to 9 in the box from (") && info.contains("counted 20 times: "),
+        "{info}"
+    );
 
     let cases: [(&[&str], i32, &str); 8] = [
         (&["--favour-times", "5"], 2, "--favour-range or --favour-box"),
@@ -1646,8 +1714,11 @@ fn places_in_meshes_and_points_are_coordinates() {
     };
     let said = refused(&points, &["--kernel", "ellipsoids", "--slice", "z=47"]);
     assert!(said.contains("with a coordinate from 10 to 14 or a share"), "{said}");
-    let said = refused("demo:mesh:4", &["--clip-box", "0%,100%,0%,100%,0,3"]);
-    assert!(said.contains("along z, of the coordinates -0.4148 to 0.4148 or of 0%"), "{said}");
+    let said = refused("demo:mesh:4", &["--clip-box", "0%,100%,0%,100%,1,3"]);
+    assert!(
+        said.contains("along z, about some of the coordinates -0.4148 to 0.4148 or of 0%"),
+        "{said}"
+    );
     if !can_draw() {
         return;
     }

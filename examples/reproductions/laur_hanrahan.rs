@@ -336,7 +336,7 @@ fn figure_5(page: &mut Page<'_>, data: &Path) -> Result<()> {
             let request = StillRequest {
                 scene: scene.clone(),
                 size: [CUT_SIZE; 2],
-                refine: Refine::Error { max_error },
+                refine: Refine::Error { max_error, of_voxels: true },
                 repeat: 0,
                 time_passes: false,
             };

@@ -158,6 +158,17 @@ fn ray_of_cut(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
         let u = here.value.x;
         let from_t = t_near;
         let to_t = t_far;
+        var is_met = false;
+        if has_surfaces {
+            // Bricks that an isosurface passes are of the field itself, which a segment of it may begin with a face of means.
+            if u_near != NOTHING && level_far == 0u {
+                var u_ends = vec2<f32>(u_near, u_far);
+                if level_near != 0u && level_count() > 0u {
+                    u_ends.x = face(origin + direction * from_t).value.x;
+                }
+                is_met = meet_levels(&met, through, u_ends, vec2<f32>(from_t, to_t), screen);
+            }
+        }
         let u_middle = 0.5 * (u_near + u_far);
         let g_middle = mean_growth(g_near, g_far);
         var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
@@ -197,7 +208,7 @@ fn ray_of_cut(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                 found.far = found.near;
             }
         }
-        if found.near.w + found.far.w <= 0.0 {
+        if found.near.w + found.far.w <= 0.0 && !is_met {
             continue;
         }
         if has_holes && !holes_show {

@@ -55,6 +55,22 @@ pub enum Action {
 }
 
 impl Action {
+    /// Whether a line parts it from what stands over it in its menu: another kind of command begins.
+    pub fn begins_group(self) -> bool {
+        use Action::*;
+        matches!(
+            self,
+            SavePicture
+                | LoadTransfer
+                | Quit
+                | Converge
+                | ToggleScalarBar
+                | ToggleCells
+                | ToggleSidePanel
+                | ToggleCompare
+        )
+    }
+
     /// Whether it looks from another side.
     pub fn is_direction(self) -> bool {
         use Action::*;

@@ -316,7 +316,9 @@ impl Window {
 /// What came of it, for people: how near it is, what errors at samples do not tell, and of an `earlier` fit also whether nothing
 /// was added to that.
 fn told_of(encoded: &Encoded, earlier: Option<&Encoded>) -> String {
-    let count = words::count(encoded.encoding.functions().len() as u64);
+    let functions = encoded.encoding.functions();
+    let plural = if functions.len() == 1 { "" } else { "s" };
+    let count = words::count(functions.len() as u64);
     let errors = |errors: &Errors| {
         let [max, mean] = [errors.max, errors.mean].map(words::value);
         format!("greatest error {max}, mean {mean}")
@@ -325,8 +327,7 @@ fn told_of(encoded: &Encoded, earlier: Option<&Encoded>) -> String {
         Some(favoured) => format!(". Of the favoured samples: {}", errors(favoured)),
         None => String::new(),
     };
-    let told = format!("{count} basis functions: {}{favoured}", errors(&encoded.errors));
-    let functions = encoded.encoding.functions();
+    let told = format!("{count} basis function{plural}: {}{favoured}", errors(&encoded.errors));
     let is_as_it_was = earlier.is_some_and(|earlier| earlier.encoding.functions() == functions);
     let wanted = match (encoded.source.wanted, encoded.source.wanted_mean) {
         (Some(error), _) => Some(("greatest", words::value(error))),

@@ -17,7 +17,8 @@ use super::panels::compare::verdict_words;
 use super::viewport::{Beside, PixelArea, divider_x};
 use super::window::Window;
 use super::{modes, theme};
-use crate::scene::SplatSettings;
+use crate::accuracy::psnr_from_rmse;
+use crate::scene::{SplatSettings, Visibility};
 use crate::task::engine::{EngineState, Picture, SecondPicture};
 
 /// Half the width of what takes hold of the divider, points.
@@ -41,6 +42,7 @@ impl Window {
             first: &scene.splat,
             second: self.compare.on.then_some(&second),
             is_old: is_old && !points.is_empty(),
+            picture_db: self.remaining_db(&scene.splat),
         };
         let shown = Shown {
             points: &points,
@@ -61,6 +63,14 @@ impl Window {
         if done.again {
             self.measuring.start_over();
         }
+    }
+
+    /// How near the picture on screen is to the exact one, dB, where that was found: what has slabs of another mode is held to
+    /// another picture.
+    fn remaining_db(&self, mode: &SplatSettings) -> Option<f64> {
+        let is_to_exact = mode.visibility != Visibility::Slabs || modes::is_exact(mode);
+        let picture = self.finished_picture().filter(|_| is_to_exact)?;
+        picture.report.remaining_rmse.map(psnr_from_rmse)
     }
 
     /// Draws with a mode from now on.
@@ -182,7 +192,10 @@ impl Window {
     pub(super) fn record_estimate(&mut self, picture: &Picture) {
         let report = &picture.report;
         // Refined pictures keep what the full one before them found.
-        if report.refined.is_some_and(|refined| refined.convergence.last_difference.is_some()) {
+        let is_refined =
+            report.refined.is_some_and(|refined| refined.convergence.last_difference.is_some());
+        // And so do those that come once more, with what they are off by.
+        if is_refined || report.remaining_rmse.is_some() {
             return;
         }
         if let Some(off_db) = report.checked.and_then(|checked| checked.off_db()) {

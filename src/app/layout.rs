@@ -164,6 +164,9 @@ impl Window {
     ) {
         let tick = IdSalt::new("tick");
         for entry in ACTIONS.iter().filter(|entry| entry.menu == menu && stands(entry.action)) {
+            if entry.action.begins_group() {
+                ui.separator();
+            }
             let is_on = self.is_on(entry.action);
             // Menus with ticks have room for one before each name.
             let room = if menu == Menu::View { vec2(TICK, TICK) } else { Vec2::ZERO };
@@ -260,6 +263,9 @@ impl Window {
             let running = self.encoding.as_ref();
             let has_clip_box = scene.inside.clip.bounds.is_some();
             let choice = (&mut self.encode_choice, has_clip_box);
+            let second =
+                (self.compare.on && self.compare.edits_second).then_some(&mut self.compare.second);
+            splat::limits_ui(ui, second.unwrap_or(&mut scene.splat));
             encoding::encoding_ui(ui, document, choice, running)
         });
         let vector_request = document.has_vectors().then(|| {

@@ -64,6 +64,7 @@ use eframe::egui::{self, Context, Ui, ViewportBuilder};
 use eframe::{NativeOptions, egui_wgpu};
 
 use crate::core::memory::free_bytes;
+use crate::scene::Moving;
 use crate::task::engine::{Choice, Engine};
 use crate::task::sweep::exact_truth;
 use document::Source;
@@ -88,6 +89,8 @@ pub struct Options {
     pub sources: Vec<Source>,
     /// What to draw with.
     pub engine: Choice,
+    /// What to draw while the view moves.
+    pub moving: Moving,
     /// Where to write down what was shown when; see [`trace`].
     pub trace: Option<PathBuf>,
 }
@@ -131,12 +134,13 @@ pub fn run(options: Options) -> anyhow::Result<()> {
         .with_inner_size(WINDOW_SIZE)
         .with_min_inner_size(LEAST_SIZE)
         .with_drag_and_drop(true);
-    let Options { sources, engine, trace } = options;
+    let Options { sources, engine, moving, trace } = options;
     let trace = trace.map(|path| trace::create(&path)).transpose()?;
     let by_adapter = engine.wants_adapter();
     let content = move |ctx: &Context, storage: Option<&dyn eframe::Storage>, screen_format| {
         let settings = Window::stored_settings(storage);
         let mut window = Window::new(ctx, parts(ctx, engine, screen_format), settings);
+        window.moving = moving;
         window.open_all(ctx, sources);
         let content: Box<dyn Content> = match trace {
             None => Box::new(window),

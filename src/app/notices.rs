@@ -1,12 +1,14 @@
-//! What the window has to say: one sentence each. Hints and news go by themselves, what did not work stays until it is
-//! dismissed; older ones fold, so that the picture stays in sight.
+//! What the window has to say: one sentence each. Hints and news are quiet lines that go by themselves, what did not work is a
+//! bar that stays until it is dismissed; older ones fold, so that the picture stays in sight.
 
 use std::sync::Arc;
 use std::time::Duration;
 
+use eframe::egui::accesskit::Role;
+use eframe::egui::text::LayoutJob;
 use eframe::egui::{
     Align, Button, Color32, CornerRadius, FontSelection, Frame, Label, Layout, Margin, RichText,
-    Stroke, Ui, WidgetText, vec2,
+    Sense, Stroke, Ui, Vec2, WidgetInfo, WidgetText, vec2,
 };
 
 use super::sentences::without_flags;
@@ -17,13 +19,18 @@ use crate::core::counted;
 const LIMIT: usize = 12;
 /// How many are shown at once; older ones fold into one line.
 const MOST_SHOWN: usize = 2;
+/// Size of the words of news, points, and how dark what they lie on is, 0..=255.
+const QUIET_SIZE: f32 = 13.0;
+const QUIET_SHADE: u8 = 170;
+/// Between them and its edge, points.
+const QUIET_MARGIN: Vec2 = vec2(10.0, 4.0);
 /// Room for the button at the right of a bar, points.
 const BUTTON_WIDTH: f32 = 76.0;
 
 /// Seconds that a hint is shown, longer while the pointer is on it.
 const HINT_SECONDS: f64 = 6.0;
 /// The same of news, which may be longer to read.
-const NOTE_SECONDS: f64 = 20.0;
+const NOTE_SECONDS: f64 = 12.0;
 
 /// Bad news or news.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,7 +136,10 @@ impl Notices {
                 notice.shown_at.get_or_insert(now);
                 continue;
             }
-            let bar = bar_ui(ui, notice);
+            let bar = match notice.kind {
+                Kind::Error => bar_ui(ui, notice),
+                Kind::Note | Kind::Hint => quiet_ui(ui, notice),
+            };
             if notice.shown_at.is_none() || bar.is_pointed_at {
                 notice.shown_at = Some(now);
             }
@@ -192,16 +202,41 @@ struct Bar {
     is_pointed_at: bool,
 }
 
+/// Bad news, with a button.
 fn bar_ui(ui: &mut Ui, notice: &Notice) -> Bar {
-    let (colour, fill) = match notice.kind {
-        Kind::Error => (theme::ERROR, Color32::from_rgb(58, 34, 34)),
-        Kind::Note | Kind::Hint => (theme::NOTE, Color32::from_rgb(31, 45, 40)),
-    };
-    let frame = frame(fill, colour.gamma_multiply(0.5));
-    let words = RichText::new(&notice.text).color(colour.lerp_to_gamma(theme::TEXT, 0.45));
+    let frame = frame(Color32::from_rgb(58, 34, 34), theme::ERROR.gamma_multiply(0.5));
+    let words = RichText::new(&notice.text).color(theme::ERROR.lerp_to_gamma(theme::TEXT, 0.45));
     let shown =
         frame.show(ui, |ui| text_and_button_ui(ui, (words, notice.most_rows()), "Dismiss", true));
     Bar { is_dismissed: shown.inner, is_pointed_at: shown.response.contains_pointer() }
+}
+
+/// News: words on a shade no wider than they are, gone with a click.
+fn quiet_ui(ui: &mut Ui, notice: &Notice) -> Bar {
+    let words = RichText::new(&notice.text).size(QUIET_SIZE).color(theme::TEXT);
+    let mut job = wrapped(ui, words, notice.most_rows());
+    job.wrap.max_width = (ui.available_width() - 2.0 * QUIET_MARGIN.x).max(1.0);
+    let galley = ui.painter().layout_job(job);
+    let line = ui.vertical_centered(|ui| {
+        let size = galley.size() + 2.0 * QUIET_MARGIN;
+        let (rect, line) = ui.allocate_exact_size(size, Sense::click());
+        line.widget_info(|| WidgetInfo::labeled(Role::Label, true, &notice.text));
+        let shade = Color32::from_black_alpha(QUIET_SHADE);
+        ui.painter().rect_filled(rect, CornerRadius::same(8), shade);
+        ui.painter().galley(rect.min + QUIET_MARGIN, galley, theme::TEXT);
+        line
+    });
+    let line = line.inner.on_hover_text("Click to take it away");
+    Bar { is_dismissed: line.clicked(), is_pointed_at: line.contains_pointer() }
+}
+
+/// Text that wraps into so many rows at most.
+fn wrapped(ui: &Ui, text: RichText, most_rows: usize) -> LayoutJob {
+    let text = WidgetText::from(text);
+    let job = text.into_layout_job(ui.style(), FontSelection::Default, Align::Center);
+    let mut job = Arc::unwrap_or_clone(job);
+    job.wrap.max_rows = most_rows;
+    job
 }
 
 /// Text that wraps into so many rows at most, whole while the pointer rests on it, and a button at its right; true once that
@@ -212,10 +247,7 @@ pub(super) fn text_and_button_ui(
     button: &str,
     enabled: bool,
 ) -> bool {
-    let text = WidgetText::from(text);
-    let job = text.into_layout_job(ui.style(), FontSelection::Default, Align::Center);
-    let mut job = Arc::unwrap_or_clone(job);
-    job.wrap.max_rows = most_rows;
+    let job = wrapped(ui, text, most_rows);
     ui.horizontal(|ui| {
         // As high as the button from the start: one line stands beside it, more go below.
         let height = ui.spacing().interact_size.y;
@@ -332,7 +364,7 @@ mod tests {
     fn one_line_stands_beside_its_button() {
         let ctx = Context::default();
         let mut notices = Notices::default();
-        notices.note("news");
+        notices.error("news");
         let mut shapes = Vec::new();
         for _ in 0..3 {
             let mut output = ctx.run_ui(RawInput::default(), |ui| notices.bars_ui(ui));
@@ -350,6 +382,32 @@ mod tests {
         let [news, button] = ["news", "Dismiss"].map(|words| middle(words).expect("painted"));
         // The descender of neither counts for more than this.
         assert!((news - button).abs() < 3.0, "words at {news}, the button's at {button}");
+    }
+
+    #[test]
+    fn news_are_lines_without_a_button_no_wider_than_their_words() {
+        let ctx = Context::default();
+        let mut notices = Notices::default();
+        notices.note("news");
+        let mut shapes = Vec::new();
+        for _ in 0..3 {
+            let mut output = ctx.run_ui(RawInput::default(), |ui| notices.bars_ui(ui));
+            output.textures_delta.clear();
+            shapes = output.shapes;
+        }
+        let says = |words: &str| {
+            shapes
+                .iter()
+                .any(|one| matches!(&one.shape, Shape::Text(text) if text.galley.text() == words))
+        };
+        assert!(says("news") && !says("Dismiss"));
+        let widest = shapes.iter().filter_map(|one| match &one.shape {
+            Shape::Rect(rect) => Some(rect.rect.width()),
+            _ => None,
+        });
+        let widest = widest.fold(0.0, f32::max);
+        // Four letters and the margin: 56 points, of a window of thousands.
+        assert!((30.0..90.0).contains(&widest), "{widest}");
     }
 
     #[test]

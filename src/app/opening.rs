@@ -21,8 +21,8 @@ use crate::core::{Camera, Projection, counted};
 use crate::io::Series;
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    ByArray, Inside, Layer, Look, Orientation, PolygonLayer, SampleSource, Sampled, Scene, Shading,
-    SplatSettings, VectorLayer, offers, projected_range,
+    ByArray, CutSettings, Inside, Layer, Look, Orientation, PolygonLayer, SampleSource, Sampled,
+    Scene, Shading, SplatSettings, VectorLayer, offers, projected_range,
 };
 use crate::task::transfer_file;
 use crate::transfer::ColourSource;
@@ -172,15 +172,20 @@ impl Window {
         let splat = match &before {
             Some(scene) if keep_view => scene.splat,
             Some(scene)
-                if !last
-                    .as_ref()
-                    .is_some_and(|last| modes::same_mode(&last.splat, &scene.splat)) =>
+                if !last.as_ref().is_some_and(|last| {
+                    // What quick pictures are of is kept in any case.
+                    let before = SplatSettings { cut: scene.splat.cut, ..last.splat };
+                    modes::same_mode(&before, &scene.splat)
+                }) =>
             {
                 // The kernel is a habit; a unit distance belongs to its data.
                 SplatSettings { opacity_unit_distance: None, ..scene.splat }
             }
             Some(scene) => SplatSettings { cut: scene.splat.cut, ..look.splat },
-            None => look.splat,
+            None => {
+                let cut = CutSettings { moving: self.moving, ..look.splat.cut };
+                SplatSettings { cut, ..look.splat }
+            }
         };
         let splat = if offers(&volume, splat.kernel) { splat } else { look.splat };
         let shading = match &before {

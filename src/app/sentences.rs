@@ -13,7 +13,7 @@ const NAMES: [(&str, &str); 17] = [
     ("opacity-model", "Opacity"),
     ("order", "Order"),
     ("projection", "Rendering"),
-    ("quick-functions-error", "While moving"),
+    ("quick-functions-error", "Quick pictures"),
     ("reconstruction", "Reconstruction"),
     ("sheets-per-kernel", "Sheets"),
     ("slabs-per-voxel", "Slabs"),

@@ -49,7 +49,7 @@ use super::undoing::{State, Wheel};
 use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{Annotation, NamedView, Orientation, Scene, SplatSettings};
+use crate::scene::{Annotation, Moving, NamedView, Orientation, Scene, SplatSettings};
 use crate::task::engine::EngineState;
 use crate::task::level::LevelOfDetail;
 use crate::transfer::Gaussian;
@@ -98,6 +98,8 @@ pub struct Window {
     pub(super) settings: Settings,
     pub(super) document: Option<Document>,
     pub(super) scene: Option<Scene>,
+    /// What the first scene draws while the view moves.
+    pub(super) moving: Moving,
     /// The bells that the scene's opacities follow; none where they are points of their own.
     pub(super) gaussians: Vec<Gaussian>,
     pub(super) transfer: TransferEditor,
@@ -162,6 +164,7 @@ impl Window {
             settings: settings.sanitised(),
             document: None,
             scene: None,
+            moving: Moving::default(),
             gaussians: Vec::new(),
             transfer: TransferEditor::default(),
             leveling: Leveling::default(),

@@ -91,6 +91,14 @@ pub fn about_decibels(db: f64, is_whole: bool) -> String {
     }
 }
 
+/// A level that is known within so many dB: `52 ± 3 dB`; as [`decibels`] where that is no number.
+pub fn decibels_within(db: f64, within: f64) -> String {
+    match db {
+        db if db.is_nan() || db >= MOST_DB => decibels(db),
+        db => format!("{db:.0} ± {within:.0} dB"),
+    }
+}
+
 /// A script's name for something, as the interface writes it: `ct-like` → `CT-like`.
 fn sentence_case(name: &str) -> String {
     if let Some(rest) = name.strip_prefix("ct-") {

@@ -1,6 +1,6 @@
 //! One number on cells: on their points, or one a cell.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -29,8 +29,6 @@ pub struct CellField {
     on: On,
     /// Of every point, those that splits add among them; or of each of the file's cells.
     values: Vec<f64>,
-    growths: OnceLock<Arc<[DVec3]>>,
-    normals: OnceLock<Arc<ShadingNormals>>,
 }
 
 impl CellField {
@@ -40,7 +38,7 @@ impl CellField {
             On::Points => cells.with_added(own),
             On::Cells => own,
         };
-        Self { cells, on, values, growths: OnceLock::new(), normals: OnceLock::new() }
+        Self { cells, on, values }
     }
 
     /// The cells.
@@ -99,6 +97,14 @@ impl CellField {
             Some(used) => used.count(),
             None => self.solids_there().count(),
         }
+    }
+
+    /// What light takes for the field's growth. Found anew at each call.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn shading_normals(&self, ticket: &Ticket) -> Result<ShadingNormals, Cancelled> {
+        ShadingNormals::new(self, &self.growths(ticket)?, ticket)
     }
 
     fn solids_there(&self) -> impl Iterator<Item = usize> {
@@ -174,31 +180,11 @@ impl CellField {
 
     /// What the field grows by per unit of the world at each point, as recovered: the mean of what it grows by in the
     /// middles of the solids about the point, by their volumes. Numbers of cells are taken to their points first, alike.
-    /// Made at the first call.
+    /// Found anew at each call.
     ///
     /// # Errors
     /// [`Cancelled`].
-    pub fn growths(&self, ticket: &Ticket) -> Result<&Arc<[DVec3]>, Cancelled> {
-        if let Some(known) = self.growths.get() {
-            return Ok(known);
-        }
-        let found = self.recovered(ticket)?;
-        Ok(self.growths.get_or_init(|| found))
-    }
-
-    /// What light takes for the field's growth. Made at the first call.
-    ///
-    /// # Errors
-    /// [`Cancelled`].
-    pub fn shading_normals(&self, ticket: &Ticket) -> Result<&Arc<ShadingNormals>, Cancelled> {
-        if let Some(known) = self.normals.get() {
-            return Ok(known);
-        }
-        let found = ShadingNormals::new(self, self.growths(ticket)?, ticket)?;
-        Ok(self.normals.get_or_init(|| Arc::new(found)))
-    }
-
-    fn recovered(&self, ticket: &Ticket) -> Result<Arc<[DVec3]>, Cancelled> {
+    pub fn growths(&self, ticket: &Ticket) -> Result<Vec<DVec3>, Cancelled> {
         let (cells, points) = (&self.cells, self.cells.points().len());
         let mut looks = Looks::every(ticket, A_PART);
         let volume_of = |solid: usize| {
@@ -248,6 +234,6 @@ impl CellField {
             weight if weight > 0.0 => sums[i] / weight,
             _ => DVec3::ZERO,
         };
-        Ok(mapped(points, A_RUN, mean, ticket)?.into())
+        mapped(points, A_RUN, mean, ticket)
     }
 }

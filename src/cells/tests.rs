@@ -203,7 +203,7 @@ fn light_on_a_bent_border_is_smooth_and_on_a_sharp_one_is_not() {
             false => at,
         };
         let field = cubes([3, 2, 2], place, |_| 5.0);
-        let lit = Arc::clone(field.shading_normals(&Ticket::new()).unwrap());
+        let lit = field.shading_normals(&Ticket::new()).unwrap();
         // On the lower faces, at the fold and a step from it, and above the fold, where these are still the nearest.
         [[0.999, 0.0], [0.0, 0.0], [0.999, 0.3]].map(|[r, t]| {
             let first = (0, &field.cells().solids()[0]);
@@ -570,7 +570,7 @@ fn growths_of_many_cells_and_their_borders_are_left_off_where_a_ticket_says_so()
         let values: Vec<f64> = (0..numbers).map(|i| (i % 977) as f64).collect();
         // Volumes are found, summed up and weighed.
         assert_stops(&format!("growths {on:?}"), loops * (count >> 12) - 1, |ticket| {
-            CellField::new(Arc::clone(&cells), on, values.clone()).growths(ticket).cloned()
+            CellField::new(Arc::clone(&cells), on, values.clone()).growths(ticket)
         });
     }
     // Every other cell is there, and has a border all around.
@@ -582,6 +582,6 @@ fn growths_of_many_cells_and_their_borders_are_left_off_where_a_ticket_says_so()
     let least = (faces + 4 * faces + faces + faces) / (1 << 13) + 4 * faces * 6 / (1 << 13);
     assert_stops("borders", least, |ticket| {
         let field = CellField::new(Arc::clone(&cells), On::Cells, values.clone());
-        field.shading_normals(ticket).cloned()
+        field.shading_normals(ticket)
     });
 }

@@ -11,6 +11,7 @@ use super::inside::{self, Place};
 use super::progress::Progress;
 use super::{Destination, Failure, note, open, refuse_one_place, values};
 use crate::core::Ticket;
+use crate::core::counted;
 use crate::core::memory::human_bytes;
 use crate::io::{Encoded, nrrd_bytes, vrbf};
 use crate::rbf::{Basis, Favour, four_digits};
@@ -19,6 +20,8 @@ use crate::volume::{Component, Field, Shape};
 
 /// Samples for each function at least, where nobody says how many functions: more are no encoding.
 const SAMPLES_A_FUNCTION: usize = 20;
+/// But as many functions as samples where these are no more: few may be far from each other.
+const FEW_SAMPLES: usize = 50;
 
 /// `voxsplat encode`.
 #[derive(Debug, Args)]
@@ -31,8 +34,7 @@ pub struct EncodeFlags {
     pub output: PathBuf,
     /// Greatest difference of the functions' sum from any sample, in the data's units; with % of their range
     /// [with --resume, default: what the earlier fit was to reach]
-    #[arg(long, value_name = "E", value_parser = values::wanted_error, allow_hyphen_values = true,
-        required_unless_present_any = ["mean_error", "bytes", "resume"])]
+    #[arg(long, value_name = "E", value_parser = values::wanted_error, allow_hyphen_values = true)]
     pub max_error: Option<Wanted>,
     /// Mean of the differences' sizes, likewise; with --max-error both are to be reached
     #[arg(long, value_name = "E", value_parser = values::wanted_error, allow_hyphen_values = true)]
@@ -42,11 +44,11 @@ pub struct EncodeFlags {
     #[arg(long, value_name = "N", value_parser = values::bytes, allow_hyphen_values = true)]
     pub bytes: Option<u64>,
     /// Functions at most: what comes nearest by so many is written, also if that is further than --max-error or
-    /// --mean-error [default: one for 20 samples, and else nothing is written; with --bytes as many as they hold]
+    /// --mean-error [default: one for 20 samples, or for each of 50, and else nothing is written; with --bytes as many as they hold]
     #[arg(long, value_name = "N", value_parser = values::functions, allow_hyphen_values = true)]
     pub functions: Option<usize>,
     /// Ends after the round in which so many seconds have passed: what comes nearest until then is written, also if that is
-    /// further than --max-error. Ctrl-C writes nothing
+    /// further than an error that is asked for. Ctrl-C writes nothing
     #[arg(long, value_name = "T", value_parser = values::positive, allow_hyphen_values = true)]
     pub seconds: Option<f64>,
     /// Basis: ellipsoid (Gaussians as wide as they have to be in each direction), gaussian (one width each), or
@@ -94,6 +96,13 @@ pub struct ConvertFlags {
 }
 
 pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
+    let EncodeFlags { max_error, mean_error, bytes, resume, .. } = flags;
+    if max_error.is_none() && mean_error.is_none() && bytes.is_none() && resume.is_none() {
+        return Err(Failure::Usage(
+            "expected --max-error, --mean-error, --bytes or --resume, found none of them; say what the functions are to reach"
+                .to_owned(),
+        ));
+    }
     let named =
         [("the file", Some(flags.input.file.as_path())), ("--output", Some(&*flags.output))];
     refuse_one_place(&named)?;
@@ -138,13 +147,13 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     };
     let encoded = encoded.map_err(|error| failed(&error))?;
     let errors = encoded.errors;
-    let count = encoded.encoding.functions().len();
+    let count = counted(encoded.encoding.functions().len(), "function");
     let is_reached = encoded.is_as_near_as_asked_for();
     if !is_reached {
         let wanted = wanted_words(&encoded);
         if flags.functions.is_none() && bytes.is_none() && flags.seconds.is_none() {
             return Err(failed(&format!(
-                "expected {wanted} at most, found that {count} functions have this: {errors}; ask for less, or \
+                "expected {wanted} at most, found that {count} have this: {errors}; ask for less, or \
                  say with --functions how many may be taken, or with --seconds how long it may take: what comes nearest is written then"
             )));
         }
@@ -169,7 +178,7 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
             None => String::new(),
         };
         note(&format!(
-            "{count} functions, {errors}{favoured}, {} for {} samples, {:.1} s",
+            "{count}, {errors}{favoured}, {} for {} samples, {:.1} s",
             human_bytes(bytes.len() as u64),
             encoded.source.samples,
             start.elapsed().as_secs_f64()
@@ -237,7 +246,8 @@ fn most_functions(
     earlier: Option<&Encoded>,
 ) -> Result<usize, Failure> {
     let own = earlier.map_or(0, |earlier| earlier.encoding.functions().len());
-    let usual = field.samples.len() / field.components / SAMPLES_A_FUNCTION;
+    let samples = field.samples.len() / field.components;
+    let usual = (samples / SAMPLES_A_FUNCTION).max(samples.min(FEW_SAMPLES));
     match flags.functions {
         Some(most) if most < own => Err(Failure::Failed(format!(
             "expected --functions of at least {own}, as many as the earlier fit has, found {most}; \

@@ -18,8 +18,8 @@ use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::rbf::Limits;
 use crate::scene::{
-    Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, OpacityModel,
-    Order, Reconstruction, SplatSettings, UpAxis, Visibility,
+    Annotations, Backend, Classify, CutSettings, ErrorMeasure, ModeChoice, ModeError, Moving,
+    OpacityModel, Order, Reconstruction, SplatSettings, UpAxis, Visibility,
 };
 use crate::task::engine::{AdapterChoice, Choice, EngineChoice};
 use crate::transfer::ColourMap;
@@ -123,6 +123,10 @@ pub struct WindowFlags {
     /// What draws.
     #[command(flatten)]
     pub engine: EngineFlags,
+    /// What is drawn while the view moves: octree (a cut of the field, wherever there is one), subsampled (all of the field in
+    /// fewer pixels), or auto: whichever is thought to be nearer to the finished picture
+    #[arg(long, value_parser = values::moving, default_value = "auto", value_name = "WHAT")]
+    pub moving: Moving,
     /// Write down what the window showed and when: a line of JSON for every pass
     #[arg(long, value_name = "T.jsonl")]
     pub trace: Option<PathBuf>,
@@ -528,6 +532,7 @@ impl CutFlags {
             measure: self.cut_error.unwrap_or_default(),
             view_dependent: self.cut_weighting == Some(CutWeighting::View),
             balanced: self.cut_balanced,
+            moving: Moving::default(),
         }
     }
 
@@ -618,13 +623,19 @@ pub struct RenderFlags {
     /// How far to refine [default: full]
     #[arg(long, value_enum)]
     pub refine: Option<RefineFlag>,
-    /// With --refine coarse: greatest RMSE against `full`, linear light. Finding such a picture
-    /// draws `full` first, and the picture may take longer than `full`: compare them with --stats
+    /// With --refine coarse: greatest RMSE against `full`, linear light, of the coarsest octree cut within it: of the field,
+    /// where the mode has such cuts and no --cut flag asks for those of classified voxels. Finding such a picture draws
+    /// `full` first, and the picture may take longer than `full`: compare them with --stats
     #[arg(long, value_name = "E", value_parser = values::positive, allow_hyphen_values = true)]
     pub max_error: Option<f64>,
     /// With --refine coarse: milliseconds the picture may take
     #[arg(long, value_name = "T", value_parser = values::positive, allow_hyphen_values = true)]
     pub budget_ms: Option<f64>,
+    /// With --refine coarse and --budget-ms: what is drawn in that time, as while the view moves in the window: octree (a cut
+    /// of the field, wherever there is one), subsampled (all of the field in fewer pixels), or auto: whichever is thought to
+    /// be nearer to `full` [default: auto]
+    #[arg(long, value_name = "WHAT", value_parser = values::moving)]
+    pub moving: Option<Moving>,
     /// With --refine coarse: draw the edges of the octree's cells over the PNG, coloured by level
     #[arg(long)]
     pub cells: bool,

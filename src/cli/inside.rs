@@ -117,7 +117,7 @@ impl ClipFlags {
     /// What they mean for a volume.
     ///
     /// # Errors
-    /// One sentence where the box has no inside, or lies beyond the volume.
+    /// One sentence where the box has no inside, or lies beside the volume.
     pub fn resolve(&self, volume: &ScalarVolume) -> Result<Clip, String> {
         let bounds = self.clip_box.map(|places| box_between(places, "--clip-box", volume));
         let bounds = bounds.transpose()?;
@@ -125,10 +125,10 @@ impl ClipFlags {
     }
 }
 
-/// The part of a volume between places that a flag gives.
+/// The part of a volume between places that a flag gives; what reaches beyond the volume ends with it.
 ///
 /// # Errors
-/// One sentence where it has no inside, or lies beyond the volume.
+/// One sentence where it has no inside, or lies beside the volume.
 pub(super) fn box_between(
     places: [Place; 6],
     flag: &str,
@@ -137,17 +137,18 @@ pub(super) fn box_between(
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let ends = [places[2 * axis], places[2 * axis + 1]];
         let [low, high] = ends.map(|place| place.share(volume, axis));
-        if !(low < high && low >= 0.0 && high <= 1.0) {
+        if !(low < high && low < 1.0 && high > 0.0) {
             let ([_, numbers], range) = numbers_along(volume, axis);
             return Err(format!(
-                "expected {flag} from a lesser to a greater place along {name}, of the {numbers} {range} or of \
-                 0% to 100%, found {} to {}; give two of those",
+                "expected {flag} from a lesser to a greater place along {name}, about some of the {numbers} {range} or of \
+                 0% to 100%, found {} to {}; give two such",
                 ends[0].words(),
                 ends[1].words()
             ));
         }
     }
-    let end = |end: usize| std::array::from_fn(|a| places[2 * a + end].share(volume, a));
+    let end =
+        |end: usize| std::array::from_fn(|a| places[2 * a + end].share(volume, a).clamp(0.0, 1.0));
     Ok(ClipBox { low: end(0), high: end(1) })
 }
 
@@ -303,6 +304,21 @@ fn isosurface(text: &str) -> Result<Isosurface, String> {
 mod tests {
     use super::*;
     use crate::volume::{Lattice, Samples};
+
+    #[test]
+    fn boxes_end_with_the_volume_and_are_refused_beside_it() {
+        let samples = Samples::UInt8(vec![1; 160]);
+        let volume = ScalarVolume::from_samples("one", Lattice::unit([8, 4, 5]), samples).unwrap();
+        let between = |text: &str| box_between(places(text).unwrap(), "--clip-box", &volume);
+        let found = between("-9,3,0%,250%,1.5,1e9").unwrap();
+        assert_eq!(found, ClipBox { low: [0.0, 0.0, 0.4], high: [0.4375, 1.0, 1.0] });
+        // Half a sample beyond the last one it ends.
+        assert!(between("7.4,9,0,1,0,1").is_ok());
+        for beside in ["7.5,9,0,1,0,1", "-2,-0.5,0,1,0,1", "0,1,0,1,3,3", "100%,120%,0,1,0,1"] {
+            let refused = between(beside).unwrap_err();
+            assert!(refused.contains("about some of the samples 0 to"), "{beside}: {refused}");
+        }
+    }
 
     #[test]
     fn boxes_are_of_samples_or_shares_and_planes_of_world_units() {

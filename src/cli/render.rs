@@ -12,11 +12,13 @@ use super::stats::{LeftOutRow, Stats, asked_of};
 use super::vectors::{VectorFlags, Vectors};
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
+use crate::rbf::four_digits;
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    BESIDE, Background, Classify, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL, PolygonLayer,
-    SampleSource, Scene, SplatSettings, View, Visibility, among_surfaces,
+    BESIDE, Background, Classify, CutSettings, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL,
+    PolygonLayer, SampleSource, Scene, SplatSettings, View, Visibility, among_surfaces,
 };
+use crate::task::cuts::why_no_cut_of;
 use crate::task::engine::{Engine, EngineChoice};
 use crate::task::field_on_mesh::{Found, field_on_meshes};
 use crate::task::loop_file::{self, Cycle, LoopFormat, MOST_FRAMES};
@@ -62,7 +64,8 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         ));
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
-    let splat = SplatSettings { cut: flags.cut.settings(), ..splat };
+    let cut = CutSettings { moving: flags.moving.unwrap_or_default(), ..flags.cut.settings() };
+    let splat = SplatSettings { cut, ..splat };
     refuse_among_triangles(&splat, &flags.vectors, &flags.polygons, &flags.flow)?;
     if flags.refine == Some(RefineFlag::Converged) && splat.visibility != Visibility::Slabs {
         return Err(Failure::Usage(format!(
@@ -101,6 +104,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let kernels_total = scene.own_kernels().map_or(scene.voxel_count(), |(_, count)| count);
     let kernels_total = (kernels_total, LeftOutRow::of(&scene));
+    let all_left_out = all_left_out(&scene);
     let engine = Engine::start(flags.engine.choice()?, || ());
     let view = View::new(&scene, flags.resolution);
     let annotated = flags.annotations.map(|annotations| {
@@ -150,6 +154,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
              of the transfer function alone; give --budget-ms, or a smaller --max-error",
         );
     }
+    if let Some(why) = still.why_not_octree {
+        note(&format!("--moving octree: this picture is of no cut: {why}"));
+    }
     if still.drawn.vectors_halved > 0 {
         note(&format!(
             "so many vectors lie over one place that means of {} are drawn; --vector-coarser draws means by \
@@ -166,7 +173,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         && still.drawn.nodes == 0
     {
         note(&format!(
-            "the picture that fits is no octree cut, so {cut_flags} changed nothing in it"
+            "the picture that fits is no octree cut of classified voxels, so {cut_flags} changed nothing in it"
         ));
     }
     // Prices are guesses until the first picture of a kind has been drawn.
@@ -185,6 +192,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
             note(&no_room(&left_out));
         }
     }
+    if let Some(told) = all_left_out {
+        note(&told);
+    }
     picture_to.write(&picture_file::bytes(&still, format).map_err(Failure::Failed)?)?;
     if let Some(stats_to) = stats_to {
         let stats = Stats::of(&still, splat, (asked, &effects), refine, kernels_total, load_ms);
@@ -192,6 +202,18 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         stats_to.write(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// What is said where nothing is left of a sum of functions.
+fn all_left_out(scene: &Scene) -> Option<String> {
+    let (left_out, rms) = scene.left_out_functions()?;
+    let all = scene.volume()?.functions.as_ref()?.functions().len();
+    (all > 0 && left_out == all as u64).then(|| {
+        format!(
+            "all basis functions are left out (rms {}), so that one value is everywhere; give a smaller --functions-error",
+            four_digits(rms)
+        )
+    })
 }
 
 /// `--loop`: one whole cycle of the vectors.
@@ -261,9 +283,11 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let mode = open::Mode::of(&flags.mode, splat, flags.mode.are_given());
     let mode = mode.with_levels(flags.inside.asks_for_levels());
     let mut scene = Scene { background, ..open::scene(&input, &flags.scene, mode)? };
-    let is_cut = flags.max_error.is_some() || scene.splat.classify == Classify::Before;
-    if flags.refine == Some(RefineFlag::Coarse) && is_cut {
-        // Octree cuts show no lights, and nobody asked for any.
+    let of_voxels = of_classified_voxels(flags, &scene);
+    if of_voxels
+        || flags.refine == Some(RefineFlag::Coarse) && scene.splat.classify == Classify::Before
+    {
+        // Octree cuts of classified voxels show no lights, and nobody asked for any.
         scene.shading.lighting = None;
     }
     let splat = scene.splat;
@@ -272,7 +296,10 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let volume = open::volume(&scene)?;
     let inside = flags.inside.resolve_in(&flags.scene, volume, &splat);
     let inside = inside.map_err(Failure::Usage)?;
-    refuse_coarse(flags, &inside)?;
+    let of_voxels = of_voxels || flags.refine == Some(RefineFlag::Coarse) && !reconstructs(&splat);
+    if of_voxels {
+        refuse_coarse(&inside)?;
+    }
     inside.beside(volume).iter().for_each(|what| note(what));
     let hiding = flags.mode.of_hiding();
     let hiding_is_left_open = hiding.is_empty();
@@ -317,7 +344,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
             input.path.display()
         ));
     }
-    if !polygons.is_empty() && flags.refine == Some(RefineFlag::Coarse) {
+    if !polygons.is_empty() && of_voxels {
         return Err(Failure::Usage(
             "expected --refine full or converged with polygons, found --refine coarse, whose pictures may \
              be octree cuts that do not show it; leave --refine out"
@@ -411,14 +438,28 @@ fn tell_of_those_beside(scene: &Scene, polygons: &[(SampleSource, PolygonLayer)]
     }
 }
 
-/// Refuses pictures that may be of an octree cut, which shows nothing of the inside.
-fn refuse_coarse(flags: &RenderFlags, inside: &Inside) -> Result<(), Failure> {
+/// Whether the values that a mode classifies are those of a reconstructed field.
+fn reconstructs(splat: &SplatSettings) -> bool {
+    splat.visibility == Visibility::Slabs && splat.classify != Classify::Before
+}
+
+/// Whether an error asks for the octree cut of classified voxels, which shows nothing beside these: by flags, or because the
+/// field has no cuts.
+fn of_classified_voxels(flags: &RenderFlags, scene: &Scene) -> bool {
+    let has_none = || why_no_cut_of(scene).is_some();
+    flags.refine == Some(RefineFlag::Coarse)
+        && flags.max_error.is_some()
+        && (flags.cut.given().is_some() || has_none())
+}
+
+/// Refuses pictures that may be of an octree cut of classified voxels, which shows nothing of the inside.
+fn refuse_coarse(inside: &Inside) -> Result<(), Failure> {
     match inside.effects().first().map(|effect| effect.name()) {
-        Some(what) if flags.refine == Some(RefineFlag::Coarse) => Err(Failure::Usage(format!(
+        Some(what) => Err(Failure::Usage(format!(
             "expected --refine full or converged with {what}, found --refine coarse, whose pictures may \
              be octree cuts that do not show it; leave --refine out"
         ))),
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 
@@ -451,8 +492,8 @@ fn no_cut(refine: Refine) -> String {
     match refine {
         Refine::Budget { budget_ms } => format!(
             "{expected} the mode itself, perhaps at a smaller size, which is the best picture within \
-             {budget_ms} ms; choose --visibility every-sample, whose pictures within a time are octree \
-             cuts, or leave --budget-ms out and say with --max-error how coarse a cut is to be"
+             {budget_ms} ms; choose --moving octree, or --visibility every-sample, whose pictures within a time \
+             are octree cuts, or leave --budget-ms out and say with --max-error how coarse a cut is to be"
         ),
         _ => format!(
             "{expected} the full picture, as no octree cut is within this error of it; give a larger \
@@ -486,6 +527,18 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
             RefineFlag::found(flags.refine)
         )));
     }
+    if flags.moving.is_some()
+        && (flags.refine != Some(RefineFlag::Coarse) || flags.max_error.is_some())
+    {
+        let found = match flags.max_error {
+            Some(_) => "--max-error",
+            None => RefineFlag::found(flags.refine),
+        };
+        return Err(Failure::Usage(format!(
+            "expected --moving with --refine coarse and --budget-ms, found {found}; give these, or leave --moving out"
+        )));
+    }
+    let of_voxels = flags.cut.given().is_some();
     match (flags.refine.unwrap_or(RefineFlag::Full), flags.budget_ms, flags.max_error) {
         (RefineFlag::Full, None, None) => Ok(Refine::Full),
         (RefineFlag::Converged, None, None) => {
@@ -501,7 +554,7 @@ fn refine(flags: &RenderFlags) -> Result<Refine, Failure> {
             usage(&format!("expected --refine coarse with {flag}, found {found}; {advice}"))
         }
         (RefineFlag::Coarse, Some(budget_ms), None) => Ok(Refine::Budget { budget_ms }),
-        (RefineFlag::Coarse, None, Some(max_error)) => Ok(Refine::Error { max_error }),
+        (RefineFlag::Coarse, None, Some(max_error)) => Ok(Refine::Error { max_error, of_voxels }),
         (RefineFlag::Coarse, None, None) => usage(
             "expected --budget-ms or --max-error with --refine coarse, found neither; give one",
         ),

@@ -7,6 +7,7 @@ use crate::plan::Outline;
 use crate::scene::{Backend, Effect, Scene, SplatSettings};
 use crate::task::effect_costs::{AddedTime, LeftOut};
 use crate::task::engine::{EngineKind, HeldBytes, OctreeBuilder};
+use crate::task::remaining::WITHIN_DB;
 use crate::task::still::{Convergence, PassTime, Refine, ShownField, Still, Timer};
 
 /// The file's content; the names are stable.
@@ -32,7 +33,7 @@ pub(super) struct Stats<'a> {
     /// Of basis functions, what is left out of them everywhere; null where none may be.
     functions_left_out: Option<LeftOutRow>,
     octree_nodes: u64,
-    /// Of a cut of the field: how many levels its bricks are of.
+    /// Of a cut: how many levels its nodes are of; null of other pictures.
     octree_levels: Option<usize>,
     octree_error: f32,
     /// Who classified and merged the octree: `host` or `device`; null where there was none.
@@ -43,8 +44,11 @@ pub(super) struct Stats<'a> {
     field: Option<ShownField>,
     /// `--budget-ms`.
     budget_ms: Option<f64>,
-    /// What a picture within a budget is thought to be off by, RMSE in linear light against `full`.
+    /// What the picture is thought to be off by, RMSE in linear light over black, against the converged one; of modes
+    /// without slabs against that of the exact mode; of quick pictures with vectors or polygons against `full`.
     estimated_rmse: Option<f64>,
+    /// And what that may be off by, dB, mostly.
+    estimated_within_db: Option<f64>,
     /// `coarse`, `full` or `converged`.
     refinement: RefineFlag,
     /// Where slabs were doubled, how that ended.
@@ -162,7 +166,10 @@ impl<'a> Stats<'a> {
             kernels_drawn: still.drawn.kernels,
             functions_left_out,
             octree_nodes: still.drawn.cut.map_or(still.drawn.nodes, |cut| cut.nodes()),
-            octree_levels: still.drawn.cut.map(|cut| cut.levels()),
+            octree_levels: match still.drawn.cut {
+                Some(cut) => Some(cut.levels()),
+                None => Some(still.drawn.levels).filter(|&levels| levels > 0),
+            },
             octree_error: still.drawn.cut.map_or(still.drawn.max_error, |cut| cut.max_error),
             octree_built_by: still.octree,
             drawn_resolution: still.drawn.size,
@@ -172,6 +179,7 @@ impl<'a> Stats<'a> {
                 _ => None,
             },
             estimated_rmse: still.estimated_rmse,
+            estimated_within_db: still.estimated_rmse.map(|_| WITHIN_DB),
             refinement: match &still.convergence {
                 Some(convergence) if convergence.is_reached() => RefineFlag::Converged,
                 _ if still.is_full => RefineFlag::Full,

@@ -8,7 +8,8 @@ use crate::kernel::Kernel;
 use crate::rbf::Basis;
 use crate::scene::{
     AlongRay, Annotation, Annotations, Backend, Classify, ErrorMeasure, Index,
-    MOST_SHEETS_PER_KERNEL, OpacityModel, Order, Reconstruction, ShadingPreset, UpAxis, Visibility,
+    MOST_SHEETS_PER_KERNEL, Moving, OpacityModel, Order, Reconstruction, ShadingPreset, UpAxis,
+    Visibility,
 };
 use crate::task::encode::Wanted;
 use crate::task::engine::{AdapterChoice, EngineChoice};
@@ -347,6 +348,10 @@ pub(super) fn endian(text: &str) -> Parsed<Endian> {
         _ => None,
     };
     one_of(text, known, ["little", "big"].into_iter())
+}
+
+pub(super) fn moving(text: &str) -> Parsed<Moving> {
+    one_of(text, Moving::from_name(text), Moving::ALL.map(Moving::name).into_iter())
 }
 
 pub(super) fn engine(text: &str) -> Parsed<EngineChoice> {

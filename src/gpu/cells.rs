@@ -19,14 +19,15 @@ const NO_PLACE: f64 = -1.0;
 /// that, and 1 on the border; and the records. Of each: its kind, and above two bits which of the file's cells it is of, how
 /// far outside counts as inside, its first corner; of a tetrahedron the three rows that lead from an offset to (r, s, t) and
 /// four factors of its value, of others 21 factors of its place and eight of its value; the numbers of its corners; how many
-/// outer faces it has, and of each four factors of the height above it, and the numbers of its corners' normals.
+/// outer faces it has, and of each four factors of the height above it, and the numbers of its corners' normals. Where it is not
+/// `is_lit` there are no normals, and records have no outer faces.
 ///
 /// # Errors
 /// A cancelled ticket, and words that 32-bit places cannot tell apart.
 pub(super) fn words(
     field: &CellField,
     lattice: &Lattice,
-    bias: f64,
+    (bias, is_lit): (f64, bool),
     ticket: &Ticket,
 ) -> Result<(Vec<u32>, Listed), GpuError> {
     let cells = field.cells();
@@ -38,17 +39,20 @@ pub(super) fn words(
     let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)
         .map_err(|_| GpuError::Cancelled)?;
     let growths = field.growths(ticket).map_err(|_| GpuError::Cancelled)?;
-    let lit = field.shading_normals(ticket).map_err(|_| GpuError::Cancelled)?;
+    let lit = is_lit.then(|| field.shading_normals(ticket)).transpose();
+    let lit = lit.map_err(|_| GpuError::Cancelled)?;
+    let normals = lit.as_ref().map_or(&[][..], |lit| lit.normals());
+    let faces_of = |solid: usize| lit.as_ref().map_or(&[][..], |lit| lit.faces_of(solid));
     let lists_at = HEAD + listed.starts.len();
     let growths_at = lists_at + listed.lists.len();
     let normals_at = growths_at + 3 * growths.len();
-    let records_at = normals_at + 4 * lit.normals().len();
+    let records_at = normals_at + 4 * normals.len();
     let mut ends = Vec::with_capacity(cells.solids().len() + 1);
     let mut end = records_at;
     for (i, solid) in cells.solids().iter().enumerate() {
         end += box_words(solid.kind());
         ends.push(end);
-        end += record_words(solid.kind(), lit.faces_of(i).len());
+        end += record_words(solid.kind(), faces_of(i).len());
     }
     if u32::try_from(end).is_err() {
         return Err(GpuError::TooLarge {
@@ -69,7 +73,7 @@ pub(super) fn words(
     let index = axes.transpose();
     let rim = Rim::of(lattice.dims);
     words.extend(growths.iter().flat_map(|growth| (index * *growth).to_array().map(bits)));
-    words.extend(lit.normals().iter().flat_map(|normal| {
+    words.extend(normals.iter().flat_map(|normal| {
         let [x, y, z] = (index * normal.growth).to_array().map(bits);
         [x, y, z, f32::from(u8::from(normal.is_on_border)).to_bits()]
     }));
@@ -96,8 +100,8 @@ pub(super) fn words(
         let count = if solid.kind() == Kind::Tetrahedron { 4 } else { 8 };
         words.extend(values[..count].iter().map(|value| bits(*value)));
         words.extend(solid.corners());
-        words.push(short(lit.faces_of(i).len()));
-        for face in lit.faces_of(i) {
+        words.push(short(faces_of(i).len()));
+        for face in faces_of(i) {
             words.extend(solid.kind().heights()[usize::from(face.number)].map(f32::to_bits));
             words.extend(&face.corners[..solid.kind().points()]);
         }

@@ -1,6 +1,6 @@
 //! A reconstructed field on the device: its coefficients, and where it can show.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
@@ -47,6 +47,8 @@ pub(super) struct DeviceField {
     pub functions: Option<(usize, Basis)>,
     /// What of them is left out, and whether anything is added for it.
     pub limits: Limits,
+    /// Of cells, that what light takes for their growths is among them.
+    pub is_lit: bool,
     pub adds_left_out: bool,
     /// It is of cells with values on their points, which may jump where cells overlap.
     pub may_jump: bool,
@@ -81,7 +83,7 @@ impl DeviceField {
         context: &Context,
         volume: &ScalarVolume,
         (kernel, limits): (Kernel, Limits),
-        extent: Option<f64>,
+        (extent, is_lit): (Option<f64>, bool),
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, GpuError> {
@@ -108,7 +110,7 @@ impl DeviceField {
         let own_words = match (&listed, cells) {
             (Some(listed), _) => Some(functions::words(listed)),
             (None, Some(field)) => {
-                let (words, listed) = cells::words(field, &volume.lattice, bias, ticket)?;
+                let (words, listed) = cells::words(field, &volume.lattice, (bias, is_lit), ticket)?;
                 listed_cells = Some((field, listed));
                 // Samples outside of all cells are nowhere.
                 holes = None;
@@ -220,6 +222,7 @@ impl DeviceField {
             kernel,
             extent,
             limits,
+            is_lit,
             adds_left_out: left_out.is_some_and(|left_out| !left_out.corners.is_empty()),
             functions: listed.map(|listed| (listed.edge, listed.basis)),
             may_jump: cells.is_some_and(|field| field.on() == On::Points),
@@ -259,13 +262,10 @@ impl DeviceField {
         let further = further_bricks(reach);
         let near_holes = if table.no_data[3] > 0.0 { self.near_holes() } else { &[] };
         let mut bytes = distances(self.bounds.dims, |brick| {
-            let [low, high] = self.bounds.ranges[brick];
-            let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
-            let slack = self.slack(low.abs().max(high.abs()));
-            let (low, high) = (low - slack, high + slack);
-            table.shows(low, high)
+            let range = self.range(brick);
+            table.shows(*range.start(), *range.end())
                 || near_holes.get(brick).is_some_and(|is| *is)
-                || levels.iter().any(|level| (low..=high).contains(level))
+                || self.has_any(brick, levels)
         });
         let shows = bytes.iter().map(|&distance| distance == 0).collect();
         widen(&mut bytes, further);
@@ -277,6 +277,19 @@ impl DeviceField {
             words.extend(holes);
         }
         (words, holes_at, shows)
+    }
+
+    /// Between which values all positions within [`BOUNDED_REACH`] of a brick are.
+    fn range(&self, brick: usize) -> RangeInclusive<f64> {
+        let [low, high] = self.bounds.ranges[brick].map(|end| f64::from(end) + self.bias);
+        let slack = self.slack(low.abs().max(high.abs()));
+        low - slack..=high + slack
+    }
+
+    /// Whether a position within [`BOUNDED_REACH`] of a brick may have one of some values.
+    pub(super) fn has_any(&self, brick: usize, levels: &[f64]) -> bool {
+        let range = self.range(brick);
+        levels.iter().any(|level| range.contains(level))
     }
 
     /// For each brick the greatest value of a position within `reach` voxels of it, or the least, turned about: at least

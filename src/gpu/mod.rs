@@ -50,7 +50,7 @@ pub use renderer::Renderer;
 pub use scattered::{ListTotals, Scattered};
 pub use slabs::PictureConstants;
 pub use sort::MOST_KEYS;
-pub use supports::{draws_cut, supports};
+pub use supports::supports;
 pub use triangles::GridTotals;
 pub use vectors::{VectorLook, VectorSplats};
 

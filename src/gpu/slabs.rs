@@ -110,6 +110,19 @@ impl Looks<'_> {
     }
 }
 
+/// Bricks of a cut of a field of which something holds that is known of the field's own bricks, and of a voxel about each. Those
+/// begin half a cell later than the ones of a cut.
+fn of_cut(field: &DeviceField, holds: impl Fn(usize) -> bool) -> Vec<u32> {
+    let (own, [nx, ny, nz]) = (field.bricks(), bricks_of_cut(field.dims));
+    let holds = |at: [usize; 3]| {
+        let [x, y, z] = [0, 1, 2].map(|a| at[a].min(own[a] - 1));
+        holds((z * own[1] + y) * own[0] + x)
+    };
+    let all = (0..nx * ny * nz).filter(|i| holds([i % nx, i / nx % ny, i / (nx * ny)]));
+    #[expect(clippy::cast_possible_truncation, reason = "a sixty-fourth of the samples")]
+    all.map(|brick| brick as u32).collect()
+}
+
 impl LooksVariant {
     /// Whether values are projected, rather than slabs composited.
     pub(super) fn projects(&self) -> bool {
@@ -183,17 +196,20 @@ impl SlabPass {
     /// Bricks of a cut in which anything may show, within a voxel of them, and how many there are along each axis.
     pub(super) fn shown_bricks(&self) -> Option<([usize; 3], Vec<u32>)> {
         let (field, table) = (self.field.as_ref()?, self.table.as_ref()?);
-        let (own, bricks) = (field.bricks(), bricks_of_cut(field.dims));
-        let [nx, ny, nz] = bricks;
-        // Those bricks begin half a cell later, and what they are known by goes a cell beyond.
-        let shows = |at: [usize; 3]| {
-            let [x, y, z] = [0, 1, 2].map(|a| at[a].min(own[a] - 1));
-            table.shows[(z * own[1] + y) * own[0] + x]
-        };
-        let all = (0..nx * ny * nz).filter(|i| shows([i % nx, i / nx % ny, i / (nx * ny)]));
-        #[expect(clippy::cast_possible_truncation, reason = "a sixty-fourth of the samples")]
-        let shown = all.map(|brick| brick as u32).collect();
-        Some((bricks, shown))
+        Some((bricks_of_cut(field.dims), of_cut(field, |own| table.shows[own])))
+    }
+
+    /// Those in which the field may have one of some values, as isosurfaces do.
+    pub(super) fn passed_bricks(&self, levels: &[f64]) -> Vec<u32> {
+        match &self.field {
+            Some(field) if !levels.is_empty() => of_cut(field, |own| field.has_any(own, levels)),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether light that falls on the border of cells finds what it takes for their growths.
+    pub(super) fn is_lit(&self) -> bool {
+        self.field.as_ref().is_some_and(|field| field.is_lit)
     }
 
     /// The kernel of the field held, and its samples along each axis.
@@ -211,13 +227,13 @@ impl SlabPass {
         &mut self,
         context: &Context,
         volume: &Arc<ScalarVolume>,
-        settings: &SplatSettings,
+        (settings, is_lit): (&SplatSettings, bool),
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<(), GpuError> {
         self.clear();
         let SplatSettings { kernel, extent, .. } = *settings;
-        let kernel = (kernel, settings.limits());
+        let (kernel, extent) = ((kernel, settings.limits()), (extent, is_lit));
         let field = DeviceField::upload(context, volume, kernel, extent, coefficients, ticket)?;
         self.field = Some(field);
         self.source = Some(Arc::clone(volume));

@@ -25,8 +25,8 @@ pub fn supports(plan: &Plan) -> Result<(), GpuError> {
     }
     if plan.cut.is_some() && !draws_cut(plan) {
         return refuse(
-            "expected a cut of B-splines or tents of their natural width, in pre-integrated slabs from the front on, with \
-             neither vectors nor isosurfaces in it, found another; draw all of the field"
+            "expected a cut of B-splines or tents of their natural width, in pre-integrated slabs from the front on, without \
+             vectors, found another; draw all of the field"
                 .to_owned(),
         );
     }
@@ -34,8 +34,8 @@ pub fn supports(plan: &Plan) -> Result<(), GpuError> {
 }
 
 /// Whether a plan is one of which this engine draws cuts of the field: what vectors have in a slab is shared out among slabs of
-/// one thickness, and isosurfaces lie in the field itself.
-pub fn draws_cut(plan: &Plan) -> bool {
+/// one thickness.
+fn draws_cut(plan: &Plan) -> bool {
     let mode = &plan.mode;
     let is_product = matches!(mode.kernel, Kernel::Linear | Kernel::BSpline);
     mode.visibility == Visibility::Slabs
@@ -45,6 +45,5 @@ pub fn draws_cut(plan: &Plan) -> bool {
         && is_product
         && mode.kernel.stretch(mode.extent) == 1.0
         && plan.inside.along == AlongRay::Composite
-        && !plan.inside.has_isosurfaces()
         && plan.kernels.is_empty()
 }

@@ -1,7 +1,9 @@
 //! What a file of basis functions holds: an encoding, what it was made of, and how far it is from that.
 
+use glam::DVec3;
 use serde::Serialize;
 
+use super::vrbf::Cover;
 use crate::rbf::{Encoding, Errors, Favour, four_digits};
 use crate::volume::Lattice;
 
@@ -43,6 +45,10 @@ pub struct Source {
     pub lattice: Lattice,
     /// Whether samples lie all over their box. Those of meshes, of bent grids and of points may not.
     pub fills_box: bool,
+    /// The least and the greatest of the samples' values, where they are known.
+    pub range: Option<[f64; 2]>,
+    /// Where the source has values, where that is known and is not the whole box.
+    pub cover: Option<Cover>,
     /// What the file calls its space.
     pub space: Option<String>,
     /// What lengths are given in.
@@ -64,6 +70,9 @@ pub struct Facts {
     pub rms_error: f64,
     /// How far the sum goes beyond the range of the source's samples between these.
     pub overshoot: f64,
+    /// Which samples counted more, if some did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub favour: Option<Favour>,
     /// The greatest difference from the samples that were favoured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub favoured_max_error: Option<f64>,
@@ -74,7 +83,27 @@ pub struct Facts {
     pub source: String,
 }
 
+impl Source {
+    /// Whether it has values about a place, as far as is known.
+    pub fn has(&self, at: DVec3) -> bool {
+        let Some(cover) = &self.cover else { return true };
+        let last = DVec3::from(self.lattice.dims.map(|n| (n - 1) as f64));
+        let index = self.lattice.index_from_world(at).round().clamp(DVec3::ZERO, last);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        cover.has(index.to_array().map(|i| i as usize))
+    }
+}
+
 impl Encoded {
+    /// Whether a value where the source may have some can be the sum's in there. Where that is known by cubes of many samples
+    /// these hold places outside of it, too: a value that is further from the range than any between samples is of those.
+    pub fn may_be_of_source(&self, value: f64) -> bool {
+        let is_coarse = self.source.cover.as_ref().is_some_and(|cover| cover.edge() > 1);
+        let Some([low, high]) = self.source.range.filter(|_| is_coarse) else { return true };
+        let beyond = self.overshoot.max(self.errors.max);
+        (low - beyond..=high + beyond).contains(&value)
+    }
+
     /// Whether its errors are as small as was asked for.
     pub fn is_as_near_as_asked_for(&self) -> bool {
         let Source { wanted, wanted_mean, .. } = self.source;
@@ -85,7 +114,7 @@ impl Encoded {
     /// What errors at the samples do not tell of the sum, a sentence each, for people.
     pub fn told_beyond_samples(&self) -> Vec<String> {
         let mut told = Vec::new();
-        if !self.source.fills_box {
+        if !self.source.fills_box && self.source.cover.is_none() {
             told.push(
                 "the sum goes on in the whole box about the source, also where that has no cells or points"
                     .to_owned(),
@@ -109,6 +138,7 @@ impl Encoded {
             mean_error: self.errors.mean,
             rms_error: self.errors.rms,
             overshoot: self.overshoot,
+            favour: self.source.favour,
             favoured_max_error: self.favoured.map(|errors| errors.max),
             favoured_mean_error: self.favoured.map(|errors| errors.mean),
             source: self.source.name.clone(),

@@ -9,8 +9,8 @@ use serde::Serialize;
 use super::cells_info::CellsInfo;
 use super::error::plain;
 use super::{Facts, Opened, Series};
-use crate::core::Srgb8;
 use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Srgb8, counted};
 use crate::rbf::four_digits;
 use crate::volume::{Field, Grid, LabelName, ScalarType, Shape, Statistics};
 
@@ -303,9 +303,9 @@ impl fmt::Display for Info {
             let number = |v: f64| plain_or_power(four_digits(v));
             writeln!(
                 f,
-                "{:<11}{} functions ({}) of {}: greatest error {}, mean {}",
+                "{:<11}{} ({}) of {}: greatest error {}, mean {}",
                 "encoding",
-                encoding.functions,
+                counted(encoding.functions, "function"),
                 encoding.basis,
                 encoding.source,
                 number(encoding.max_error),
@@ -314,7 +314,8 @@ impl fmt::Display for Info {
             let favoured = encoding.favoured_max_error.zip(encoding.favoured_mean_error);
             if let Some((greatest, mean)) = favoured {
                 let [greatest, mean] = [greatest, mean].map(number);
-                writeln!(f, "{:<11}greatest error {greatest}, mean {mean}", "favoured")?;
+                let which = encoding.favour.map_or(String::new(), |favour| format!("{favour}: "));
+                writeln!(f, "{:<11}{which}greatest error {greatest}, mean {mean}", "favoured")?;
             }
         }
         for field in &self.fields {

@@ -3,8 +3,10 @@
 //! A line of letters and the version, a line of JSON that people can read, and the functions: whole numbers of two or three
 //! bytes (`packed`), or, in files of version 1 and where that would bring errors, 32-bit little-endian floats, of each the
 //! centre less the box's least corner, the shape (its upper triangle by rows; one number where it is as wide in every
-//! direction), and the weight. A CRC-32 of these bytes is in the header.
+//! direction), and the weight. Since version 3 the bits of where the
+//! source has values may come last (`cover`). A CRC-32 of these bytes is in the header.
 
+mod cover;
 mod packed;
 
 use std::io::Read;
@@ -15,19 +17,24 @@ use flate2::Crc;
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
+pub use self::cover::Cover;
+use self::cover::Told;
 use self::packed::{Column, Packed};
 use super::error::{Problem, ReadError, corrupt, header, quoted, truncated, unsupported};
 use super::{Encoded, Format, Opened, Source, files};
+use crate::core::counted;
 use crate::core::memory;
 use crate::core::progress::Ticket;
 use crate::rbf::{Basis, Encoding, Errors, Favour, Function, four_digits};
-use crate::volume::{Association, Field, Grid, Lattice, Places, Samples};
+use crate::volume::{Association, Field, Grid, Lattice, Places, Samples, StandsFor};
 
 /// How a file begins.
 pub(super) const MAGIC: &[u8] = b"VOXSPLAT RBF ";
-const VERSION: &str = "2";
+const VERSION: &str = "3";
 /// Of which the functions are floats.
 const FIRST_VERSION: &str = "1";
+/// Which does not tell the source's range, nor where that has values.
+const SECOND_VERSION: &str = "2";
 /// Of the two lines.
 const MOST_HEADER_BYTES: u64 = 1 << 16;
 /// What a function takes in memory, also while it is read.
@@ -66,6 +73,9 @@ struct Header {
     favoured: Option<Errors>,
     source: String,
     field: String,
+    /// The least and the greatest of the samples' values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    range: Option<[f64; 2]>,
     samples: usize,
     left_out: usize,
     /// The samples were those of a mesh or of points, and lie elsewhere than the lattice's.
@@ -86,6 +96,9 @@ struct Header {
     /// How functions are whole numbers; floats where it is not there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     packed: Option<Layout>,
+    /// Where the source has values: everywhere in the box where it is not there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    cover: Option<Told>,
     crc32: u32,
 }
 
@@ -189,8 +202,9 @@ pub fn most_bytes(functions: u64, basis: Basis, source: &Source) -> u64 {
     };
     // What no JSON can hold is told where it is to be written.
     let line = serde_json::to_string(&known).map_or(0, |line| line.len());
+    let cover = source.cover.as_ref().map_or(0, |cover| cover.deflated().len());
     let lines = MAGIC.len() + VERSION.len() + line + 2;
-    (lines as u64).saturating_add(functions.saturating_mul(bytes_a_function(basis)))
+    ((lines + cover) as u64).saturating_add(functions.saturating_mul(bytes_a_function(basis)))
 }
 
 /// Functions of the shortest precision that a file of so many bytes has room for, whatever their numbers and errors are.
@@ -216,6 +230,7 @@ fn header_of(basis: Basis, source: &Source) -> Header {
         favoured: None,
         source: source.name.clone(),
         field: source.field.clone(),
+        range: source.range,
         samples: source.samples,
         left_out: source.left_out,
         scattered: memory::checked_product(&dims.map(|n| n as u64))
@@ -229,6 +244,7 @@ fn header_of(basis: Basis, source: &Source) -> Header {
         space: source.space.clone(),
         unit: source.unit.clone(),
         packed: None,
+        cover: source.cover.as_ref().map(Cover::told),
         crc32: 0,
     }
 }
@@ -243,7 +259,7 @@ pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
     let is_exact =
         |packed: &Packed| packed.functions(encoding.basis(), low) == encoding.functions();
     let mut all = Precision::ALL.into_iter().filter_map(|p| Packed::of(encoding, p));
-    let (packed, body) = match all.find(is_exact) {
+    let (packed, mut body) = match all.find(is_exact) {
         Some(packed) => {
             let (body, deflated) = packed.body();
             let (columns, bytes) = (packed.columns, body.len() as u64);
@@ -262,6 +278,7 @@ pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
         packed,
         ..header_of(encoding.basis(), source)
     };
+    body.extend(source.cover.iter().flat_map(Cover::deflated));
     let text = |header: &Header| serde_json::to_string(header).map_err(|error| error.to_string());
     let crc32 = checksum(text(&header)?.as_bytes(), &body);
     let line = text(&Header { crc32, ..header })?;
@@ -327,7 +344,13 @@ pub(super) fn read(
         ticket.checkpoint(slice as u64, z as u64)?;
         let own = slice * x * y..(slice + 1) * x * y;
         let places: Vec<DVec3> = own.map(|i| samples.at(i).0).collect();
-        values.extend(encoded.encoding.values(&places, ticket)?.into_iter().map(|v| v as f32));
+        let is_there: Vec<bool> = places.iter().map(|at| source.has(*at)).collect();
+        let there = places.iter().zip(&is_there).filter(|(_, is_there)| **is_there);
+        let there: Vec<DVec3> = there.map(|(at, _)| *at).collect();
+        let sums = encoded.encoding.values(&there, ticket)?.into_iter();
+        let mut sums = sums.map(|sum| if encoded.may_be_of_source(sum) { sum } else { f64::NAN });
+        let sum_at = |is_there: &bool| is_there.then(|| sums.next()).flatten().unwrap_or(f64::NAN);
+        values.extend(is_there.iter().map(sum_at).map(|sum| sum as f32));
     }
     let finite = values.iter().copied().filter(|value| value.is_finite());
     let [least, most] =
@@ -339,15 +362,15 @@ pub(super) fn read(
         association: Association::Point,
         samples: Arc::new(Samples::Float32(values)),
     };
-    let count = encoded.encoding.functions().len();
+    let count = counted(encoded.encoding.functions().len(), "basis function");
     let mut warnings = vec![format!(
-        "{count} basis functions, and samples of their sum at {x} × {y} × {z} places; from the source's samples: {}",
+        "{count}, and samples of their sum at {x} × {y} × {z} places; from the source's samples: {}",
         encoded.errors
     )];
     if let Some(errors) = encoded.favoured {
         warnings.push(format!("of the samples that were favoured: {errors}"));
     }
-    if source.left_out > 0 {
+    if source.left_out > 0 && source.cover.is_none() {
         warnings.push(format!(
             "not finite in the source, while the sum goes on there: {} samples",
             source.left_out
@@ -366,6 +389,10 @@ pub(super) fn read(
         space: source.space.clone(),
         unit: source.unit.clone(),
         functions: Some(Arc::new(encoded.encoding.clone())),
+        stands_for: source.range.map(|range| StandsFor {
+            range,
+            bounds: source.cover.is_some().then(|| encoded.encoding.bounds()),
+        }),
         ..Grid::of(lattice, vec![field])
     };
     Ok(Opened { encoding: Some(encoded.facts()), ..Opened::of(grid, Format::Vrbf, warnings) })
@@ -397,9 +424,9 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
         ));
     };
     let version = first.strip_prefix(MAGIC).unwrap_or_default();
-    if ![FIRST_VERSION, VERSION].map(str::as_bytes).contains(&version) {
+    if ![FIRST_VERSION, SECOND_VERSION, VERSION].map(str::as_bytes).contains(&version) {
         return Err(unsupported(
-            format!("version {FIRST_VERSION} or {VERSION} of the format"),
+            format!("version {FIRST_VERSION} to {VERSION} of the format"),
             quoted(&String::from_utf8_lossy(version)),
             "open it with the Voxsplat that wrote it",
         ));
@@ -430,7 +457,7 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
     let needed = (found.functions as u64).saturating_mul(BYTES_IN_MEMORY);
     memory::require("the functions", needed, free_bytes)?;
     let each = numbers_of(found.basis);
-    let expected = match &found.packed {
+    let of_functions = match &found.packed {
         Some(packed) => {
             // They are deflated only where that is shorter.
             let each: u64 = packed.columns.iter().map(|column| u64::from(column.2)).sum();
@@ -446,6 +473,8 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
         }
         None => (found.functions * each * 4) as u64,
     };
+    let of_cover = found.cover.map_or(0, |cover| cover.bytes);
+    let expected = of_functions.saturating_add(of_cover);
     let body_len = len - (start.len() - begun.len()) as u64;
     if body_len != expected {
         let sentence = (format!("{expected} bytes of functions"), body_len.to_string());
@@ -464,6 +493,9 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
             "copy the file again",
         ));
     }
+    // Both are as long as that.
+    #[expect(clippy::cast_possible_truncation, reason = "it is no longer than the body")]
+    let cover = body.split_off(of_functions as usize);
     let low = DVec3::from_slice(&found.bounds[..3]);
     let high = DVec3::from_slice(&found.bounds[3..]);
     let functions = match found.packed {
@@ -502,6 +534,15 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
     if let Some(error) = told.find(|error| error.is_nan() || *error < 0.0) {
         return Err(header("errors of 0 or more", error.to_string(), "encode the source again"));
     }
+    if let Some([low, high]) = found.range
+        && !(low <= high && (high - low).is_finite())
+    {
+        return Err(header(
+            "a range of values from the least to the greatest",
+            format!("{low} to {high}"),
+            "encode the source again",
+        ));
+    }
     if let Some(Err(error)) = found.favour.map(|favour| favour.check()) {
         return Err(header(
             "samples that can be favoured",
@@ -531,6 +572,16 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
             "encode the source again",
         ));
     }
+    let cover = match found.cover {
+        None => None,
+        Some(told) => {
+            let cover = Cover::from_file(found.dims, told.edge, &cover);
+            Some(cover.ok_or_else(|| {
+                let expected = "a bit for each cube of the lattice's samples";
+                corrupt(expected, "others", "encode the source again")
+            })?)
+        }
+    };
     Ok(Encoded {
         encoding: Encoding::new(found.basis, found.bias, found.epsilon, functions, [low, high]),
         errors: found.errors,
@@ -546,6 +597,8 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
             favour: found.favour,
             lattice,
             fills_box: found.fills_box && !found.scattered,
+            range: found.range,
+            cover,
             space: found.space,
             unit: found.unit,
         },

@@ -73,6 +73,20 @@ impl Levels<'_> {
         value + self.shifts[i]
     }
 
+    /// That, and its growth per index of the field.
+    #[inline(always)]
+    pub(super) fn value_with_growth<S: Simd>(
+        &self,
+        simd: S,
+        level: u8,
+        place: Vec3<S>,
+    ) -> (Lanes<S>, Vec3<S>) {
+        let i = usize::from(level) - 1;
+        let place = within(simd, level, place);
+        let (value, growth) = self.coarser[i].value_with_growth(simd, Method::Linear, place);
+        (value + self.shifts[i], growth.scaled(all(simd, scale(level))))
+    }
+
     /// Growth of that per index of the field.
     #[inline(always)]
     pub(super) fn gradient<S: Simd>(&self, simd: S, level: u8, place: Vec3<S>) -> Vec3<S> {

@@ -282,6 +282,30 @@ impl Renderer {
         Some((field.lattice.bricks.dims, &field.table.as_ref()?.visible))
     }
 
+    /// Bricks of the scene's own field in which it may have any of some values, as isosurfaces do, and those that share a face
+    /// with one: a ray that crosses no more than the corner of a brick is looked up beside it.
+    pub fn passed_bricks(&self, levels: &[f64]) -> Vec<u32> {
+        let field = self.fields[SlabField::Own as usize].as_ref();
+        let Some(field) = field.filter(|_| !levels.is_empty()) else { return Vec::new() };
+        let lattice = &field.lattice;
+        let is_passed = |[low, high]: &[f32; 2]| {
+            let (low, high) = (f64::from(*low) + lattice.bias, f64::from(*high) + lattice.bias);
+            // The rounding of 32 bits.
+            let slack = 1e-6 * low.abs().max(high.abs());
+            levels.iter().any(|level| (low - slack..=high + slack).contains(level))
+        };
+        let [nx, ny, nz] = lattice.bricks.dims;
+        let passed: Vec<bool> = lattice.bricks.ranges.iter().map(is_passed).collect();
+        let is_near = |brick: usize| {
+            [(1, nx), (nx, ny), (nx * ny, nz)].into_iter().any(|(stride, n)| {
+                let at = brick / stride % n;
+                (at > 0 && passed[brick - stride]) || (at + 1 < n && passed[brick + stride])
+            })
+        };
+        let bricks = (0_u32..).zip(0..passed.len());
+        bricks.filter(|&(_, i)| passed[i] || is_near(i)).map(|(brick, _)| brick).collect()
+    }
+
     /// Lets go of a field.
     pub fn clear_field(&mut self, which: SlabField) {
         self.picture = None;
@@ -400,6 +424,7 @@ impl Renderer {
         let drawing = match plan.field() {
             Some(_) if plan.reconstructs() => {
                 check_slabs(plan, glam::DVec3::ZERO)?;
+                self.forget_growths(plan, which);
                 self.of_field(plan, which, stop_below, ticket)?
             }
             Some(_) => {
@@ -482,6 +507,15 @@ impl Renderer {
             return Err(Unsupported(found).into());
         }
         Ok(())
+    }
+
+    /// Lets go of what light that a plan does not have takes for the growth of cells.
+    fn forget_growths(&mut self, plan: &Plan, which: SlabField) {
+        let field = self.fields[which as usize].as_mut();
+        if let Some(Own::Cells(cells)) = field.and_then(|field| field.lattice.own.as_mut()) {
+            let light = Light::of(plan).filter(|light| light.uses_gradient);
+            cells.forget_growths(light.map(|light| light.is_of_slabs && light.is_of_borders));
+        }
     }
 
     /// What a plan with a field is drawn from, where that and its table are there.

@@ -300,6 +300,16 @@ impl Solids {
         Ok(())
     }
 
+    /// Lets go of those that nobody asks for: with `asked`, whether for light, of the others.
+    pub(super) fn forget_growths(&mut self, asked: Option<bool>) {
+        if asked != Some(false) {
+            self.growths.take();
+        }
+        if asked != Some(true) {
+            self.lit.take();
+        }
+    }
+
     fn made_growths(&self, ticket: &Ticket) -> Result<Vec<[f32; 3]>, Cancelled> {
         let (world, index) = (self.field.growths(ticket)?, self.axes.transpose());
         mapped(world.len(), A_RUN, |i| (index * world[i]).as_vec3().to_array(), ticket)

@@ -269,8 +269,11 @@ impl Scene<'_> {
         let (mut border_near, mut border_far) = (None, None);
         let is_shaded =
             W::MORE && self.light.is_some_and(|light| light.is_of_slabs && light.uses_gradient);
+        let grows_with_value = lattice.grows_with_value(method);
         let depth_of = |k: i32| all(simd, k as f32 * step).max(packet.enter).min(packet.leave);
         let mut faces = Faces::new([first, last]);
+        // Where a slab was lit the next faces are likely to be asked for their growth, which costs less with the value.
+        let mut was_lit = false;
         let mut have = -1;
         loop {
             have += 1;
@@ -290,14 +293,23 @@ impl Scene<'_> {
                     Some(Next::Face(at, level)) => {
                         k = at + 1;
                         let t = depth_of(at);
-                        let stored = if level == 0 {
-                            lattice.value(simd, method, packet.at(t))
+                        let place = packet.at(t);
+                        let (stored, growth) = if was_lit && (level > 0 || grows_with_value) {
+                            let (stored, growth) = match level {
+                                0 => lattice.value_with_growth(simd, method, place),
+                                _ => levels.value_with_growth(simd, level, place),
+                            };
+                            (stored, Some(growth))
                         } else {
-                            levels.value(simd, level, packet.at(t))
+                            let stored = match level {
+                                0 => lattice.value(simd, method, place),
+                                _ => levels.value(simd, level, place),
+                            };
+                            (stored, None)
                         };
                         let u = table.cell(simd, stored);
                         let is_there = packet.is_there;
-                        Face { t, u, level, is_there, ..nothing }
+                        Face { t, u, growth, level, is_there }
                     }
                 }
             } else {
@@ -308,6 +320,10 @@ impl Scene<'_> {
                 let end = if back { first - 1 } else { last + 2 };
                 let found = match own {
                     Some(own) if method.is_own() => own.at(simd, packet, (k, way, end), t),
+                    _ if was_lit && grows_with_value => {
+                        let (value, growth) = lattice.value_with_growth(simd, method, packet.at(t));
+                        Found { growth: Some(growth), ..Found::of(simd, value) }
+                    }
                     _ => Found::of(simd, lattice.value(simd, method, packet.at(t))),
                 };
                 k += way;
@@ -350,6 +366,7 @@ impl Scene<'_> {
                 let shows = table.may_show(simd, [near.u, far.u], bend) & is_slab;
                 let ts = [near.t, far.t];
                 let mut found = None;
+                was_lit = false;
                 if any(shows) {
                     let slab = if W::CUT && far.level > 0 {
                         table.whole(simd, [near.u, far.u])
@@ -364,6 +381,7 @@ impl Scene<'_> {
                         && light::shows(simd, &slab)
                     {
                         let half = all(simd, 0.5);
+                        was_lit = is_shaded;
                         // No closure: those that are not inlined know no wide instructions.
                         let growth = if is_shaded {
                             let a = near.growth(simd, (lattice, method, &self.levels), packet);
@@ -388,11 +406,13 @@ impl Scene<'_> {
                     if let (Some(surfaces), Some(shader), Some(ahead)) =
                         (self.surfaces, self.light, ahead.as_mut())
                         && surfaces.has_levels()
+                        && !(W::CUT && far.level > 0)
                     {
                         let field = (*lattice, method, *table, shader);
                         let cells = [near.u, far.u];
                         let seen = (*rays, packet);
-                        if surfaces.meet_levels(simd, field, seen, (cells, ts), is_slab, ahead) {
+                        let slabs = (is_slab, W::CUT && near.level > 0);
+                        if surfaces.meet_levels(simd, field, seen, (cells, ts), slabs, ahead) {
                             found = Some(found.unwrap_or_else(|| Halves::none(simd)));
                         }
                     }

@@ -7,7 +7,8 @@
 //! one before it ended with, of that one's level, and after a gap with one of its own. Between two faces lie all values from one
 //! to the other: where the second is of level 0 in two halves, along the parabola through four faces where all of these are of
 //! level 0 and whole slabs apart, and else in one, evenly. Light takes the growth of what each face is of. What a slice or a cut
-//! face shows, and what has no data, is of the field itself.
+//! face shows, and what has no data, is of the field itself; so are isosurfaces, which are looked for where a face of level 0 comes
+//! second: bricks that one passes are of that level.
 //!
 //! `reference` draws just that, ray by ray, and so does the GPU engine; in the native one eight rays have the finest level of any
 //! of them.

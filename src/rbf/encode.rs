@@ -30,6 +30,8 @@ const SWEEPS: u32 = 4;
 const LAST_SWEEPS: u32 = 12;
 /// A step that leaves more than this share of the error was not worth its time.
 const ENOUGH: f64 = 0.99;
+/// The least width of functions, as a part of how far samples lie apart there.
+const NARROWEST: f64 = 0.5;
 /// Samples that a function's shape is fitted to, at most.
 const PLACES: usize = 400;
 /// Damping of the least squares, for columns of length one.
@@ -102,7 +104,7 @@ pub enum EncodeError {
         /// Of the earlier fit.
         found: Basis,
     },
-    /// Functions to go on from whose values at the samples are more than memory has room for.
+    /// Functions whose values at the samples are more than memory has room for.
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
     /// It was told to stop.
@@ -116,9 +118,15 @@ struct Fit<'a> {
     goal: Goal,
     epsilon: f64,
     widths: Widths,
+    /// How far samples lie apart in the mean.
+    spacing: f64,
+    /// The same at each; none where they lie evenly.
+    spacings: Vec<f64>,
     bias: f64,
     functions: Vec<Function>,
     columns: Vec<Column>,
+    /// That the columns may have.
+    free_bytes: u64,
     /// Values less the sum, a point each.
     residual: Vec<f64>,
 }
@@ -171,8 +179,8 @@ pub(super) fn resume_within(
     let mut fit = Fit::new(points, goal)?;
     // Functions that ended sooner than they did would begin further off.
     fit.epsilon = fit.epsilon.min(start.epsilon());
-    let needed = fit.most_entries(start.functions()).saturating_mul(BYTES_AN_ENTRY);
-    memory::require("the functions' values at the samples", needed, free_bytes)?;
+    fit.free_bytes = free_bytes;
+    fit.check_room(start.functions())?;
     fit.restore((start.functions().to_vec(), start.bias()));
     fitted(fit, start.clone(), true, ticket, told)
 }
@@ -228,7 +236,7 @@ fn fitted(
         is_to_be_refined = false;
         let cost = cost_of(&fit.residual);
         let before = (fit.functions.clone(), fit.bias);
-        fit.add(&mut clusters, left);
+        fit.add(&mut clusters, left)?;
         fit.solve();
         let is_last = fit.functions.len() >= goal.functions;
         for _ in 0..if is_last { LAST_SWEEPS } else { SWEEPS } {
@@ -277,17 +285,20 @@ impl<'a> Fit<'a> {
         // A mean that does not overflow.
         let bias = low + values.iter().map(|v| (v - low) / values.len() as f64).sum::<f64>();
         let error = goal.least_error().max(LEAST_ERROR * range).max(f64::MIN_POSITIVE / EPSILON);
-        let spacing = points.spacing();
+        let (spacing, spacings) = (points.spacing(), points.own_spacings());
         let [least, greatest] = points.bounds();
         let most = (greatest - least).length().max(spacing);
         Ok(Self {
             points,
             goal,
             epsilon: EPSILON * error,
-            widths: Widths { least: 0.5 * spacing, most },
+            widths: Widths { least: spacings.is_empty().then_some(NARROWEST * spacing), most },
+            spacing,
+            spacings,
             bias,
             functions: Vec::new(),
             columns: Vec::new(),
+            free_bytes: memory::free_bytes(),
             residual: values.iter().map(|v| v - bias).collect(),
         })
     }
@@ -307,7 +318,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Adds a function in each of the clusters with the largest errors, and splits these clusters.
-    fn add(&mut self, clusters: &mut Vec<Cluster>, most: usize) {
+    fn add(&mut self, clusters: &mut Vec<Cluster>, most: usize) -> Result<(), TooLarge> {
         let wanted = (self.functions.len() as f64 * GROWTH) as usize;
         let wanted = wanted.clamp(FEWEST_AT_ONCE, MOST_AT_ONCE).min(most).min(clusters.len());
         // Half of them have the most squared error, the other half the worst single sample: the goal is a greatest error.
@@ -322,6 +333,8 @@ impl<'a> Fit<'a> {
         let left = weighed(self.points.roots(), &self.residual);
         let missed = chosen.par_iter().filter(is_missed);
         let added: Vec<Function> = missed.map(|cluster| self.placed(cluster, &left)).collect();
+        // All of them are made anew once their weights are known.
+        self.check_room(&[&self.functions[..], &added].concat())?;
         let columns: Vec<Column> = added.par_iter().map(|function| self.column(function)).collect();
         // Each was fitted as if it were alone. Their weights are found together, so they begin at 0.
         self.functions
@@ -333,6 +346,7 @@ impl<'a> Fit<'a> {
                 Err(whole) => clusters.push(whole),
             }
         }
+        Ok(())
     }
 
     /// The function that removes most of a cluster's residual, as much as its samples count: a wide one about the weighted mean,
@@ -351,21 +365,20 @@ impl<'a> Fit<'a> {
             let before: f64 = places.iter().map(|place| (place.root * place.value).powi(2)).sum();
             (before - squared_error(basis, &found, &places), found)
         };
-        let least = self.widths.least * 1.5;
-        let narrow = DMat3::from_diagonal(DVec3::splat(least.recip()));
-        let wide = around(mean, self.shape(covariance));
+        let least = self.least_width(cluster.worst.1 as usize);
+        let narrow = DMat3::from_diagonal(DVec3::splat((1.5 * least).recip()));
+        let wide = around(mean, self.shape(covariance, least));
         let close = around(worst, narrow);
         if wide.0 >= close.0 { wide.1 } else { close.1 }
     }
 
     /// The shape of a spread: as wide in each direction, or of one width for all.
-    fn shape(&self, covariance: DMat3) -> DMat3 {
+    fn shape(&self, covariance: DMat3, least: f64) -> DMat3 {
         let (variances, axes) = principal(covariance);
-        let clamped = |variance: f64| variance.sqrt().clamp(self.widths.least, self.widths.most);
+        let clamped = |variance: f64| variance.sqrt().clamp(least, self.widths.most);
         let widths = DVec3::from(variances.to_array().map(clamped));
         if self.goal.basis != Basis::Ellipsoid {
-            let mean =
-                (widths.x * widths.y * widths.z).cbrt().clamp(self.widths.least, self.widths.most);
+            let mean = (widths.x * widths.y * widths.z).cbrt().clamp(least, self.widths.most);
             return DMat3::from_diagonal(DVec3::splat(mean.recip()));
         }
         let precision = axes * DMat3::from_diagonal((widths * widths).recip()) * axes.transpose();
@@ -374,6 +387,11 @@ impl<'a> Fit<'a> {
         upper.map_or(DMat3::from_diagonal(widths.recip()), |upper| {
             DMat3::from_cols_slice(upper.as_slice())
         })
+    }
+
+    /// How wide functions about a sample are at least.
+    fn least_width(&self, sample: usize) -> f64 {
+        NARROWEST * self.spacings.get(sample).copied().unwrap_or(self.spacing)
     }
 
     /// Samples near a function, and their residuals. Of a function that is in the sum, what it gives is added back.
@@ -396,7 +414,12 @@ impl<'a> Fit<'a> {
             } else {
                 0.0
             };
-            Sample { at, value: self.residual[i] + own, root: self.points.root(i) }
+            Sample {
+                at,
+                value: self.residual[i] + own,
+                root: self.points.root(i),
+                least_width: self.least_width(i),
+            }
         };
         (0..count).map(place).collect()
     }
@@ -416,6 +439,12 @@ impl<'a> Fit<'a> {
             ranges.map(|range| range.len() as u64).sum()
         };
         functions.par_iter().map(of_one).sum()
+    }
+
+    /// Refuses functions whose columns have no room.
+    fn check_room(&self, functions: &[Function]) -> Result<(), TooLarge> {
+        let needed = self.most_entries(functions).saturating_mul(BYTES_AN_ENTRY);
+        memory::require("the functions' values at the samples", needed, self.free_bytes)
     }
 
     /// A function's values at the samples that it reaches.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::function::{Basis, Function};
 use super::points::Points;
+use crate::core::Looks;
 use crate::core::progress::{Cancelled, Ticket};
 
 /// A cell that more functions reach is split.
@@ -25,6 +26,8 @@ const TERM_ROUNDING: f64 = 4.0;
 const MEASURED: usize = 4096;
 /// Of them, those that one thread takes at once.
 const MEASURED_AT_ONCE: usize = 256;
+/// Functions whose values there are added up between two looks at the ticket.
+const BETWEEN_LOOKS: usize = 256;
 /// What is measured there is taken to be off by a twentieth: places lie between others.
 const UNMEASURED: f64 = 1.05;
 
@@ -346,7 +349,8 @@ impl Encoding {
         if max_rms.is_nan() || max_rms <= 0.0 {
             return (&[], 0.0);
         }
-        let Least { order, rms } = self.least.get_or_init(|| self.least());
+        let least = || self.least(&Ticket::new()).unwrap_or_default();
+        let Least { order, rms } = self.least.get_or_init(least);
         match rms.iter().rposition(|rms| *rms <= max_rms) {
             Some(last) => (&order[..=last], rms[last]),
             None => (&[], 0.0),
@@ -356,12 +360,12 @@ impl Encoding {
     /// By the diagonal of their Gram matrix, the squares of their norms, it is known what functions are where they do not
     /// overlap, however narrow they are; by what they add up to at places all over the box, where they do. The greater of the
     /// two counts.
-    fn least(&self) -> Least {
+    fn least(&self, ticket: &Ticket) -> Result<Least, Cancelled> {
         let size = self.bounds[1] - self.bounds[0];
         let volume = size.x * size.y * size.z;
         // A box without volume has no mean over it.
         if self.blend == Blend::Mean || !volume.is_finite() || volume <= 0.0 {
-            return Least::default();
+            return Ok(Least::default());
         }
         let square = |i: usize| {
             let function = &self.functions[i];
@@ -373,22 +377,34 @@ impl Encoding {
         let mut order: Vec<usize> = (0..squares.len()).collect();
         order.sort_by(|a, b| squares[*a].total_cmp(&squares[*b]).then(a.cmp(b)));
         let mut diagonal = 0.0;
-        let measured = self.measured(&order);
+        let measured = self.measured(&order, ticket)?;
         let rms = |(i, measured): (&usize, &f64)| {
             diagonal += squares[*i];
             diagonal.sqrt().max(UNMEASURED * measured.sqrt())
         };
         let rms = order.iter().zip(&measured).map(rms).collect();
-        Least { order, rms }
+        Ok(Least { order, rms })
+    }
+
+    /// Finds which functions are the first to be left out, which takes seconds of many; who asks for them later has them then.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn find_least(&self, ticket: &Ticket) -> Result<(), Cancelled> {
+        if self.least.get().is_none() {
+            // Somebody else may have been sooner: it is the same.
+            self.least.set(self.least(ticket)?).ok();
+        }
+        Ok(())
     }
 
     /// The mean square, over places all over the box, of what the first of some functions add up to, from one of them to all.
-    fn measured(&self, order: &[usize]) -> Vec<f64> {
+    fn measured(&self, order: &[usize], ticket: &Ticket) -> Result<Vec<f64>, Cancelled> {
         let [low, high] = self.bounds;
         // Roberts' sequence fills a box evenly, whatever the number of places.
         let root = 1.220_744_084_6_f64;
         let steps = DVec3::new(root.recip(), root.powi(-2), root.powi(-3));
-        let parts: Vec<Vec<f64>> = (0..MEASURED / MEASURED_AT_ONCE)
+        let parts: Result<Vec<Vec<f64>>, Cancelled> = (0..MEASURED / MEASURED_AT_ONCE)
             .into_par_iter()
             .map(|part| {
                 let first = part * MEASURED_AT_ONCE;
@@ -398,19 +414,22 @@ impl Encoding {
                 });
                 let places: Vec<DVec3> = places.collect();
                 let mut sums = vec![0.0; places.len()];
+                let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
                 let square = |i: &usize| {
+                    looks.after(1)?;
                     let weight = self.functions[*i].weight;
                     for (sum, at) in sums.iter_mut().zip(&places) {
                         *sum += weight * self.phi(*i, *at);
                     }
-                    sums.iter().map(|sum| sum * sum).sum::<f64>()
+                    Ok(sums.iter().map(|sum| sum * sum).sum::<f64>())
                 };
                 order.iter().map(square).collect()
             })
             .collect();
+        let parts = parts?;
         // In their order, so that any number of threads gives the same bits.
         let mean = |i: usize| parts.iter().map(|part| part[i]).sum::<f64>() / MEASURED as f64;
-        (0..order.len()).map(mean).collect()
+        Ok((0..order.len()).map(mean).collect())
     }
 
     /// How many cells its tree has.

@@ -1,7 +1,11 @@
 //! Samples that count more than others.
 
+use std::fmt;
+
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
+
+use super::encoding::four_digits;
 
 /// How far beyond its faces a region reaches, as a share of its sides: samples on a face lie in it, whatever rounding says.
 const ON_FACE: f64 = 1e-7;
@@ -58,6 +62,22 @@ pub enum FavourError {
     /// The box holds nothing.
     #[error("expected a box with a volume, found one without; give it another end along each axis")]
     Flat,
+}
+
+/// `values 3 to 5 in the box from (0, 0, 0) to (1, 2, 3) counted 10 times`.
+impl fmt::Display for Favour {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some([low, high]) = self.range {
+            write!(f, "values {} to {} ", four_digits(low), four_digits(high))?;
+        }
+        if let Some(Region { corner, sides }) = self.region {
+            let ends = [corner, corner + sides.x_axis + sides.y_axis + sides.z_axis];
+            let [from, to] =
+                ends.map(|at| at.to_array().map(|v| four_digits(v).to_string()).join(", "));
+            write!(f, "in the box from ({from}) to ({to}) ")?;
+        }
+        write!(f, "counted {} times", four_digits(self.times))
+    }
 }
 
 impl Favour {

@@ -50,7 +50,10 @@ impl Limits {
         ticket: &Ticket,
     ) -> Result<Listed, Cancelled> {
         let listed = match self.max_rms > 0.0 {
-            true => Listed::new(&encoding.without_least(self.max_rms), space, ticket)?,
+            true => {
+                encoding.find_least(ticket)?;
+                Listed::new(&encoding.without_least(self.max_rms), space, ticket)?
+            }
             false => Listed::new(encoding, space, ticket)?,
         };
         match self.per_cell {

@@ -121,36 +121,64 @@ pub fn next_distance(points: &[DVec3]) -> f64 {
 /// The decimal logarithm of how many points there are to a unit of volume about each: of a ball that its 18 nearest fill;
 /// those at its own place count for nothing. NaN of points that are not finite; 0 of one alone.
 pub fn log_densities(points: &[DVec3]) -> Vec<f64> {
-    let unique = merged(points.iter().map(|at| (*at, 0.0)));
-    let places = unique.iter().enumerate();
-    let tree = RTree::bulk_load(places.map(|(i, (at, _))| Place::new(at.to_array(), i)).collect());
-    // In the order of the tree what is looked at one after the other lies side by side, in space and in memory.
-    let in_order: Vec<&Place> = tree.iter().collect();
-    let parts = in_order.par_chunks(A_PART).map(|part| {
-        let mut guess = f64::NAN;
-        let radius = |place: &&Place| (place.data, radius_of_nearest(&tree, place, &mut guess));
-        part.iter().map(radius).collect::<Vec<_>>()
-    });
-    let mut radii = vec![0.0; unique.len()];
-    for (i, radius) in parts.collect::<Vec<_>>().concat() {
-        radii[i] = radius;
-    }
-    let others = unique.len().saturating_sub(1).min(NEIGHBOURS) as f64;
+    let radii = Radii::of(points);
+    let others = radii.unique.len().saturating_sub(1).min(NEIGHBOURS) as f64;
     let density = |at: &DVec3| {
         if !at.is_finite() {
             return f64::NAN;
         }
-        let at = *at + DVec3::ZERO;
-        let known = unique.binary_search_by(|(place, _)| order(place, &at));
-        match known {
+        match radii.at(*at) {
             // Not by its cube, which may have no number.
-            Ok(i) if others > 0.0 => {
-                others.log10() - (4.0 / 3.0 * std::f64::consts::PI).log10() - 3.0 * radii[i].log10()
+            Some(radius) if others > 0.0 => {
+                others.log10() - (4.0 / 3.0 * std::f64::consts::PI).log10() - 3.0 * radius.log10()
             }
             _ => 0.0,
         }
     };
     points.par_iter().map(density).collect()
+}
+
+/// About how far neighbours lie apart at each of some points, which are finite: the step of a cubic lattice whose 18th nearest
+/// other place lies as far away. On a plane it is half as much again, and six times as much on a line.
+pub(super) fn spacings(points: &[DVec3]) -> Vec<f64> {
+    let radii = Radii::of(points);
+    let step = |at: &DVec3| radii.at(*at).unwrap_or_default() / std::f64::consts::SQRT_2;
+    points.par_iter().map(step).collect()
+}
+
+/// How far the 18th nearest other place lies from each, or the farthest of fewer; 0 of a place alone.
+struct Radii {
+    /// In their order.
+    unique: Vec<(DVec3, f64)>,
+    radii: Vec<f64>,
+}
+
+impl Radii {
+    fn of(points: &[DVec3]) -> Self {
+        let unique = merged(points.iter().map(|at| (*at, 0.0)));
+        let places = unique.iter().enumerate();
+        let places = places.map(|(i, (at, _))| Place::new(at.to_array(), i));
+        let tree = RTree::bulk_load(places.collect());
+        // In the order of the tree what is looked at one after the other lies side by side, in space and in memory.
+        let in_order: Vec<&Place> = tree.iter().collect();
+        let parts = in_order.par_chunks(A_PART).map(|part| {
+            let mut guess = f64::NAN;
+            let radius = |place: &&Place| (place.data, radius_of_nearest(&tree, place, &mut guess));
+            part.iter().map(radius).collect::<Vec<_>>()
+        });
+        let mut radii = vec![0.0; unique.len()];
+        for (i, radius) in parts.collect::<Vec<_>>().concat() {
+            radii[i] = radius;
+        }
+        Self { unique, radii }
+    }
+
+    /// Of one of the points.
+    fn at(&self, at: DVec3) -> Option<f64> {
+        let at = at + DVec3::ZERO;
+        let known = self.unique.binary_search_by(|(place, _)| order(place, &at));
+        known.ok().map(|i| self.radii[i])
+    }
 }
 
 /// How far the 18th nearest other place lies, or the farthest of fewer; 0 of a place alone. `guess` is the square of what

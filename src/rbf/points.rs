@@ -5,8 +5,14 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::neighbours::spacings;
+
 /// About so many points in a bin.
 const A_BIN: f64 = 16.0;
+/// Points lie evenly where no bin holds so many times as many.
+const MOST_EVEN: f64 = 4.0;
+/// Where points lie closer than this part of what they do in the mean, or at one place, it counts as so much.
+const LEAST_OF_MEAN: f64 = 1e-6;
 /// Bins along an axis at most.
 const MOST_BINS: f64 = 256.0;
 
@@ -158,6 +164,19 @@ impl Points {
         }
         let share: f64 = sides.iter().map(|side| side.ln()).sum::<f64>() - (self.len() as f64).ln();
         (share / sides.len() as f64).exp().max(f64::MIN_POSITIVE)
+    }
+
+    /// About how far neighbours lie apart at each point, but no further than in the mean; nothing where they lie so evenly that the
+    /// mean will do.
+    pub(super) fn own_spacings(&self) -> Vec<f64> {
+        let fullest = self.starts.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
+        if (fullest as f64) < MOST_EVEN * A_BIN {
+            return Vec::new();
+        }
+        let mean = self.spacing();
+        let mut own = spacings(&self.positions);
+        own.iter_mut().for_each(|own| *own = own.clamp(LEAST_OF_MEAN * mean, mean));
+        own
     }
 
     /// Ranges of points. Together they hold all points in a box, and some near it.

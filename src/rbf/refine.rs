@@ -1,6 +1,6 @@
 //! Centre, widths and weight of one function, by the method of Levenberg and Marquardt.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 use super::function::{Basis, Function};
@@ -11,19 +11,25 @@ const TRIES: usize = 14;
 /// How wide functions may be, world.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Widths {
-    pub(super) least: f64,
+    /// `None` where it is that of the sample that is nearest to the centre.
+    pub(super) least: Option<f64>,
     pub(super) most: f64,
 }
 
 impl Widths {
-    /// Whether a shape is that wide in every direction.
-    fn has(self, shape: DMat3) -> bool {
+    /// Whether a function is that wide in every direction, among places.
+    fn has(self, function: &Function, places: &[Sample]) -> bool {
+        let shape = function.shape;
+        let far = |place: &&Sample| place.at.distance_squared(function.centre);
+        let nearest = || places.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        let least = self.least.or_else(|| nearest().map(|place| place.least_width));
+        let least = least.unwrap_or_default();
         let matrix = nalgebra::Matrix3::from_column_slice(&shape.to_cols_array());
         let singular = matrix.svd(false, false).singular_values;
         let slack = 1.0 + 1e-9;
         singular
             .iter()
-            .all(|s| s.is_finite() && *s * self.least <= slack && *s * self.most * slack >= 1.0)
+            .all(|s| s.is_finite() && *s * least <= slack && *s * self.most * slack >= 1.0)
     }
 }
 
@@ -34,6 +40,8 @@ pub(super) struct Sample {
     pub(super) value: f64,
     /// The root of how much it counts.
     pub(super) root: f64,
+    /// How wide functions about it are at least.
+    pub(super) least_width: f64,
 }
 
 /// Moves a function nearer to values at places. The squared error never grows; a function that no step improves comes back
@@ -54,7 +62,8 @@ pub(super) fn refined(
     for _ in 0..TRIES {
         let Some(step) = step(basis, &best, places, damping) else { break };
         let next = moved(basis, &best, &step);
-        let is_sound = next.centre.is_finite() && next.weight.is_finite() && widths.has(next.shape);
+        let is_sound =
+            next.centre.is_finite() && next.weight.is_finite() && widths.has(&next, places);
         let next_cost = if is_sound { squared_error(basis, &next, places) } else { f64::INFINITY };
         if next_cost < cost {
             let gain = 1.0 - next_cost / cost;
@@ -121,7 +130,7 @@ fn step(basis: Basis, function: &Function, places: &[Sample], damping: f64) -> O
     let mut matrix = DMatrix::zeros(rows + count, count);
     let mut right = DVector::zeros(rows + count);
     let mut lengths = vec![0.0; count];
-    for (row, Sample { at, value, root }) in places.iter().enumerate() {
+    for (row, Sample { at, value, root, .. }) in places.iter().enumerate() {
         let (by, own) = derivatives(basis, function, *at);
         right[row] = root * (value - own);
         for (column, by) in by.iter().take(count).enumerate() {

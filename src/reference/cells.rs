@@ -1,12 +1,12 @@
 //! Values on cells that lie anywhere, in float64: a tree of their boxes, where a place lies in one by Newton's method, and
 //! where a ray passes from one to the next.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
 use super::sources::Line;
-use crate::cells::{CellField, Kind, On, Placed};
+use crate::cells::{CellField, Kind, On, Placed, ShadingNormals};
 use crate::core::Ticket;
 use crate::volume::Lattice;
 
@@ -22,6 +22,9 @@ pub(super) struct Cells {
     nodes: Vec<Node>,
     /// Numbers of solids, leaf by leaf.
     order: Vec<u32>,
+    /// What the field grows by at its points, and what light takes for that, once they are asked for.
+    growths: OnceLock<Vec<DVec3>>,
+    lit: OnceLock<Option<ShadingNormals>>,
 }
 
 /// A box that holds some cells.
@@ -35,7 +38,8 @@ struct Node {
 
 impl Cells {
     pub(super) fn new(field: Arc<CellField>, lattice: Lattice) -> Self {
-        let mut cells = Self { field, lattice, nodes: Vec::new(), order: Vec::new() };
+        let (growths, lit) = (OnceLock::new(), OnceLock::new());
+        let mut cells = Self { field, lattice, nodes: Vec::new(), order: Vec::new(), growths, lit };
         let count = cells.field.cells().solids().len();
         let is_there = |solid: &u32| cells.field.is_there(*solid as usize);
         let mut order: Vec<u32> = (0..count as u32).filter(is_there).collect();
@@ -150,7 +154,8 @@ impl Cells {
         let Some((solid, unit)) = self.find(place) else { return DVec3::ZERO };
         let solid = &self.field.cells().solids()[solid];
         // Nobody cancels a fresh ticket.
-        let Ok(growths) = self.field.growths(&Ticket::new()) else { return DVec3::ZERO };
+        let made = || self.field.growths(&Ticket::new()).unwrap_or_default();
+        let growths = self.growths.get_or_init(made);
         let weights = solid.kind().weights(unit);
         let world: DVec3 = solid
             .corners()
@@ -161,11 +166,12 @@ impl Cells {
         self.lattice.axes().transpose() * world
     }
 
-    /// What light takes for it: see [`ShadingNormals`](crate::cells::ShadingNormals).
+    /// What light takes for it: see [`ShadingNormals`].
     pub(super) fn growth_for_light(&self, place: DVec3) -> DVec3 {
         let Some((own, unit)) = self.find(place) else { return DVec3::ZERO };
         // Nobody cancels a fresh ticket.
-        let Ok(lit) = self.field.shading_normals(&Ticket::new()) else { return DVec3::ZERO };
+        let made = || self.field.shading_normals(&Ticket::new()).ok();
+        let Some(lit) = self.lit.get_or_init(made) else { return DVec3::ZERO };
         let growth = lit.growth((own, &self.field.cells().solids()[own]), unit);
         self.lattice.axes().transpose() * growth
     }

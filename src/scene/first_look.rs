@@ -39,6 +39,11 @@ const LEAST_NOISELESS_SHARPNESS: f64 = 0.16;
 /// Slices so many times as thick as the pixels in them are wide are thick: a spline through their samples swings
 /// between them, and faces that cross them get terraces.
 const THICK: f64 = 3.0;
+/// A lit volume of few samples is cut into slabs so thin that there are about as many along its longest side, since a slab
+/// has one gradient: faces that cross slabs many pixels thick show rings.
+const LIT_SLABS: f64 = 256.0;
+/// But no thinner than this many to a sample, where none is left (EMD-3197.map, 20³; of demo:head, 128³, two leave traces).
+const MOST_LIT_SLABS: f64 = 4.0;
 /// A volume that is thinner than this share of its next side is seen onto its slices.
 const THIN: f64 = 0.12;
 
@@ -131,6 +136,12 @@ impl FirstLook {
             }
             false => SplatSettings::EXACT,
         };
+        let splat = match splat {
+            SplatSettings::EXACT | SplatSettings::BETWEEN_SLICES if is_lit => {
+                SplatSettings { slabs_per_voxel: lit_slabs(volume.lattice.dims), ..splat }
+            }
+            _ => splat,
+        };
         let view = match is_of_names {
             // Names have faces on all sides, and often no more than a few slices.
             true => NamedView::Isometric,
@@ -150,6 +161,12 @@ impl FirstLook {
         }
         Self { lighting: Some(Lighting::first_look()), ..self }
     }
+}
+
+/// Slabs a voxel of a lit volume of so many samples: 4, 2 or 1, the more the fewer it has.
+fn lit_slabs(dims: [usize; 3]) -> f64 {
+    let longest = dims.into_iter().max().unwrap_or(1).max(1) as f64;
+    (LIT_SLABS / longest).clamp(1.0, MOST_LIT_SLABS).log2().floor().exp2()
 }
 
 /// From where a volume is seen first: a few slices from the side that shows them, and of patients from the feet, as
@@ -313,9 +330,19 @@ mod tests {
 
     #[test]
     fn only_thick_slices_are_first_seen_between_their_samples() {
-        let splat = |z: f64| look(ball, DVec3::new(1.0, 1.0, z)).splat;
-        assert_eq!(splat(2.5), SplatSettings::EXACT);
-        assert_eq!(splat(6.5), SplatSettings::BETWEEN_SLICES);
+        let reconstruction = |z: f64| look(ball, DVec3::new(1.0, 1.0, z)).splat.reconstruction;
+        assert_eq!(reconstruction(2.5), Reconstruction::Interpolating);
+        assert_eq!(reconstruction(6.5), Reconstruction::Smooth);
+    }
+
+    #[test]
+    fn lit_volumes_of_few_samples_have_thinner_slabs_and_no_rings() {
+        let slabs = [[20; 3], [64, 64, 93], [128, 30, 30], [129; 3], [512; 3], [1, 1, 1]];
+        assert_eq!(slabs.map(lit_slabs), [4.0, 2.0, 2.0, 1.0, 1.0, 4.0]);
+        // 40 samples along a side.
+        assert_eq!(look(ball, DVec3::ONE).splat.slabs_per_voxel, 4.0);
+        let cloud = |at: DVec3, _| (-3.0 * at.length_squared()).exp();
+        assert_eq!(look(cloud, DVec3::ONE).splat, SplatSettings::EXACT, "unlit");
     }
 
     #[test]

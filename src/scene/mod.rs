@@ -38,8 +38,8 @@ pub use inside::{
 pub use layer::{Layer, Look, Surface, VectorLayer, offers};
 pub use mode::{
     Backend, Classify, CutSettings, LEAST_SLABS_PER_VOXEL, MOST_GATHERED_EXTENT,
-    MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, OpacityModel, Order,
-    Reconstruction, SplatSettings, Visibility,
+    MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, Moving, OpacityModel,
+    Order, Reconstruction, SplatSettings, Visibility,
 };
 pub use placing::place_over;
 pub use polygons::{BESIDE, ByArray, POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};

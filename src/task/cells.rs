@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::annotations::lay_over;
+use super::cuts::Bricks;
 use super::draw::cut_limits;
 use crate::core::Srgb8;
 use crate::hierarchy::{Cut, CutLimits, Pyramid};
@@ -13,6 +14,8 @@ use crate::scene::{Cells, Scene, SplatSettings, View, level_colour};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::ScalarVolume;
 
+/// Nodes that a cut may have to be found for the window, about: it cannot be stopped, and a hand may begin to move meanwhile.
+const MOST_IN_CUT: u64 = 1_000_000;
 /// Opacity of the lines.
 const LINE_OPACITY: f64 = 0.6;
 /// Greatest share of the picture that lines cover, at that opacity.
@@ -29,6 +32,8 @@ pub(super) struct CutSource {
     pub(super) unit_distance: f64,
     pub(super) table: Arc<Table>,
     pub(super) pyramid: Arc<Pyramid>,
+    /// Of cuts of the field, where it has some.
+    pub(super) bricks: Option<Arc<Bricks>>,
 }
 
 impl CutSource {
@@ -49,7 +54,7 @@ impl CutSource {
         })
     }
 
-    /// The cells of the cut of an error, at most so many of them.
+    /// The cells of the cut of an error, at most so many of them: of the field, where moving views show cuts of it.
     pub(super) fn cells(
         &self,
         scene: &Scene,
@@ -57,6 +62,10 @@ impl CutSource {
         max_error: f32,
         most: usize,
     ) -> Cells {
+        if let Some(bricks) = self.bricks.as_ref().filter(|bricks| bricks.are_for(scene, size)) {
+            return bricks.cells_within(max_error, most);
+        }
+        let max_error = max_error.max(self.pyramid.error_for_count(MOST_IN_CUT));
         let limits = cut_limits(&scene.splat, max_error);
         let cut = self.cut(&scene.splat, &View::new(scene, size), limits);
         Cells::of(&cut, &limits, most)

@@ -376,6 +376,7 @@ impl Drawer {
             unit_distance: *unit_distance,
             table: Arc::clone(table),
             pyramid: Arc::clone(pyramid.as_ref()?),
+            bricks: self.cuts.bricks().map(Arc::clone),
         })
     }
 

@@ -5,25 +5,31 @@
 //! No one limit on it serves all data. So a few limits are compared, each with the size of picture that it affords, and the
 //! one that is thought to lose least is drawn.
 
+mod by_engine;
+
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::draw::{DrawError, Drawer, Observer};
-use super::engines::EngineKind;
-use super::estimate::field_rmse;
+use super::draw::{DrawError, Drawer, Observer, Rung, background_light};
+use super::engines::{Canvas, EngineKind};
+use super::estimate::{Coarseness, field_rmse};
 use super::job::Job;
 use super::previews::{Reduction, is_scaled};
+use super::still::{enlarged, widened};
+use crate::accuracy;
 use crate::core::{Cancelled, Ticket};
-use crate::gpu::{GpuError, Renderer, draws_cut};
+use crate::gpu::GpuError;
 use crate::hierarchy::{BrickErrors, Means, MeansOfLevel, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, Kernel};
 use crate::native::StoredLevels;
 use crate::plan::{COARSER, EMPTY, Field, FieldCut, Plan, SlabField};
 use crate::scene::{
-    AlongRay, Cell, Cells, Classify, OpacityModel, Order, Reconstruction, Visibility, WhyWhole,
+    AlongRay, Cell, Cells, Classify, Colours, Index, Moving, OpacityModel, Reconstruction, Scene,
+    Visibility, WhyWhole,
 };
 use crate::transfer::{Cumulative, Table, TransferFunction, Weight};
 use crate::volume::ScalarVolume;
+use by_engine::Stored;
 
 /// Errors of bricks that are tried, the least first.
 const ERRORS: [f32; 5] = [0.001, 0.002, 0.004, 0.008, 0.016];
@@ -51,6 +57,8 @@ const MOST_LONGER: f64 = 4.0;
 
 /// The cut that a quick picture is drawn from: its number among those of [`FieldCuts`].
 pub(super) type CutNumber = u8;
+/// That of the cut of an error that somebody asked for.
+const ASKED: CutNumber = CutNumber::MAX;
 
 /// What is known of cuts of the field that is drawn.
 #[derive(Debug, Default)]
@@ -73,6 +81,8 @@ struct Key {
     transfer: TransferFunction,
     /// Of a sample, in unit distances.
     thickness: f64,
+    /// Of isosurfaces.
+    levels: Vec<f64>,
 }
 
 /// Cuts that may be drawn; none where a volume is too small, or memory is short.
@@ -80,29 +90,45 @@ struct Key {
 struct Ready {
     key: Key,
     candidates: Vec<Candidate>,
+    /// The cut of an error that somebody asked for.
+    asked: Option<Candidate>,
+    bricks: Option<Arc<Bricks>>,
+}
+
+/// What cuts of a field are found in; shared, so that cells can be found while a cut is drawn.
+#[derive(Debug)]
+pub(super) struct Bricks {
+    key: Key,
+    means: Arc<Means>,
+    /// Along each axis.
+    dims: [usize; 3],
+    /// Those in which anything can show.
+    shown: Vec<u32>,
     /// Of bricks drawn from means of either level.
     errors: Vec<[f32; COARSER]>,
 }
 
 /// What comes of looking for cuts; nothing where a volume is too small.
 type Outcome = Result<Option<Found>, ScalarPyramidError>;
+/// Means of 2³ and of 4³ samples, as engines have samples.
+type MeansOfLevels = [Coefficients; COARSER];
 
 /// Cuts that were found.
 #[derive(Debug)]
 struct Found {
-    means: Arc<Means>,
     /// What the engine draws means from, where it has none yet.
     levels: Option<Stored>,
     candidates: Vec<Candidate>,
-    errors: Vec<[f32; COARSER]>,
+    bricks: Bricks,
 }
 
-/// What an engine takes means in from.
+/// The bricks of a field as an engine knows them: how many along each axis, those in which anything can show, and those that
+/// an isosurface passes, or comes near.
 #[derive(Debug)]
-enum Stored {
-    Native(StoredLevels),
-    /// The GPU engine, which uploads them.
-    Means([Coefficients; COARSER]),
+struct Known {
+    dims: [usize; 3],
+    shown: Vec<u32>,
+    passed: Vec<u32>,
 }
 
 /// A cut that may be drawn.
@@ -116,31 +142,65 @@ struct Candidate {
     shares: [[f64; 2]; 2],
 }
 
-/// Whether quick pictures of a plan may be of cuts of its field.
-fn has_cuts(plan: &Plan) -> bool {
-    let mode = &plan.mode;
-    let is_sharp = match mode.kernel {
-        Kernel::Linear => true,
-        Kernel::BSpline => mode.reconstruction == Reconstruction::Interpolating,
-        _ => false,
-    };
-    let shading = &plan.shading;
-    let is_by_value = shading.opacity.is_none()
-        && shading.modulation.is_none()
-        && shading.reflection.is_none()
-        && shading.emission.is_none()
-        && shading.painted().is_empty();
-    // What kernels have in a slab is shared out among slabs of one thickness, and isosurfaces lie in the field itself.
-    let is_alone = plan.kernels.is_empty() && !plan.inside.has_isosurfaces();
-    mode.visibility == Visibility::Slabs
-        && mode.classify == Classify::PreIntegrated
-        && mode.opacity_model == OpacityModel::OpticalDepth
-        && mode.order == Order::FrontToBack
-        && plan.inside.along == AlongRay::Composite
-        && is_sharp
-        && !is_scaled(mode)
-        && is_by_value
-        && is_alone
+/// Why pictures of a plan are never of cuts of its field, in words that follow "there is no cut: "; `None`
+/// where they may be.
+///
+/// A cut is of values, and classified after they are reconstructed. What is right beside any such field is right beside a cut:
+/// lights, clips, slices, isosurfaces (bricks that one passes are drawn from the samples), polygons. Left out is what
+/// depends on how thick slabs are, what no mean can tell, and what the errors of bricks know nothing of.
+pub fn why_no_cut(plan: &Plan) -> Option<&'static str> {
+    let (mode, shading) = (&plan.mode, &plan.shading);
+    let is_of_strength = |index: Option<Index>| index == Some(Index::GradientStrength);
+    let colours = |of: &Option<Colours>| is_of_strength(of.as_ref().map(|of| of.index));
+    let reasons = [
+        (plan.field().is_none(), "no field of values is shown"),
+        (
+            mode.visibility != Visibility::Slabs || mode.classify == Classify::Before,
+            "samples are classified before they are reconstructed, and a cut is of values",
+        ),
+        (
+            !matches!(mode.kernel, Kernel::Linear | Kernel::BSpline),
+            "only fields of linear kernels and of B-splines have one",
+        ),
+        (
+            mode.kernel == Kernel::BSpline && mode.reconstruction != Reconstruction::Interpolating,
+            "the field is smoothed, and means are of the samples as they are",
+        ),
+        (is_scaled(mode), "its kernels are wider or narrower than natural"),
+        (
+            mode.classify != Classify::PreIntegrated,
+            "one value stands for each slab, so that thicker ones would be another picture",
+        ),
+        (
+            mode.opacity_model != OpacityModel::OpticalDepth,
+            "published opacities do not add up to those of thicker slabs",
+        ),
+        (
+            plan.inside.along != AlongRay::Composite,
+            "a projection looks for single values, which means do not keep",
+        ),
+        (
+            // What kernels have in a slab is shared out among slabs of one thickness.
+            !plan.kernels.is_empty(),
+            "vectors are composited in slabs of one thickness",
+        ),
+        (
+            shading.opacity.is_some() || !shading.painted().is_empty(),
+            "opacities are by gradient or by a table of their own, and the errors of its nodes are of the transfer function",
+        ),
+        (
+            is_of_strength(shading.modulation.as_ref().map(|of| of.index))
+                || colours(&shading.reflection)
+                || colours(&shading.emission),
+            "a table is by gradient strength, which means make smaller",
+        ),
+    ];
+    reasons.into_iter().find_map(|(is_so, why)| is_so.then_some(why))
+}
+
+/// The same of the plan of a scene, whatever its size.
+pub fn why_no_cut_of(scene: &Scene) -> Option<&'static str> {
+    why_no_cut(&Plan::of(scene, [1, 1]))
 }
 
 /// Of a plan's sample, in unit distances.
@@ -148,10 +208,16 @@ fn thickness(plan: &Plan) -> f64 {
     plan.frame.lattice.smallest_spacing() / plan.frame.unit_distance
 }
 
+/// Values of a plan's isosurfaces.
+fn isosurfaces(plan: &Plan) -> impl Iterator<Item = f64> + '_ {
+    plan.inside.isosurfaces.iter().map(|iso| iso.value)
+}
+
 impl Key {
     fn of(plan: &Plan, Field { volume, transfer, .. }: &Field) -> Self {
         let (volume, transfer) = (Arc::clone(volume), transfer.clone());
-        Self { volume, transfer, thickness: thickness(plan) }
+        let levels = isosurfaces(plan).collect();
+        Self { volume, transfer, thickness: thickness(plan), levels }
     }
 
     /// Whether it is that of a plan: asked of every quick picture, and so without a copy.
@@ -159,7 +225,9 @@ impl Key {
         let is_same = |field: &Field| {
             Arc::ptr_eq(&self.volume, &field.volume) && self.transfer == field.transfer
         };
-        plan.field().is_some_and(is_same) && self.thickness == thickness(plan)
+        plan.field().is_some_and(is_same)
+            && self.thickness == thickness(plan)
+            && isosurfaces(plan).eq(self.levels.iter().copied())
     }
 
     /// Finds the cuts, on whatever thread.
@@ -167,7 +235,7 @@ impl Key {
         &self,
         means: Option<Arc<Means>>,
         stores: Option<EngineKind>,
-        (bricks, shown): ([usize; 3], &[u32]),
+        Known { dims, mut shown, passed }: Known,
         ticket: &Ticket,
     ) -> Outcome {
         let volume = &self.volume;
@@ -179,10 +247,10 @@ impl Key {
             },
         };
         let levels = match stores {
-            Some(EngineKind::Native) => {
-                Some(Stored::Native(stored_levels(volume, &means, ticket)?))
+            Some(engine) => {
+                let means = means_of(volume, &means, ticket)?;
+                Some(Stored::new(engine, volume, means, ticket)?)
             }
-            Some(EngineKind::Gpu) => Some(Stored::Means(means_of(volume, &means, ticket)?)),
             None => None,
         };
         let function = Cumulative::new(
@@ -192,9 +260,83 @@ impl Key {
             Weight::Extinction,
         );
         let function = (&function, self.thickness);
-        let errors = BrickErrors::of(volume, &means, function, (bricks, shown), ticket)?.errors;
-        let candidates = ERRORS.map(|max_error| Candidate::of(max_error, bricks, shown, &errors));
-        Ok(Some(Found { means, levels, candidates: candidates.into(), errors }))
+        shown.extend(&passed);
+        shown.sort_unstable();
+        shown.dedup();
+        let mut errors = BrickErrors::of(volume, &means, function, (dims, &shown), ticket)?.errors;
+        // Means have their isosurfaces elsewhere.
+        passed.iter().for_each(|&brick| errors[brick as usize] = [f32::INFINITY; COARSER]);
+        let bricks = Bricks { key: self.clone(), means, dims, shown, errors };
+        let candidates = ERRORS.map(|max_error| bricks.candidate(max_error)).into();
+        Ok(Some(Found { levels, candidates, bricks }))
+    }
+}
+
+impl Bricks {
+    fn candidate(&self, max_error: f32) -> Candidate {
+        Candidate::of(max_error, self.dims, &self.shown, &self.errors)
+    }
+
+    /// Whether pictures of a scene may be of cuts that are found in it.
+    pub(super) fn are_for(&self, scene: &Scene, size: [u32; 2]) -> bool {
+        let plan = Plan::of(scene, size);
+        let asks_for_others = plan.mode.cut.are_of_voxels()
+            || plan.mode.cut.moving == Moving::Subsampled
+            || why_no_cut(&plan).is_some();
+        !asks_for_others && self.key.is_of(&plan)
+    }
+
+    /// The cells of the cut of an error, at most so many of them.
+    pub(super) fn cells_within(&self, max_error: f32, most: usize) -> Cells {
+        self.cells(&self.candidate(max_error), most)
+    }
+
+    /// The bricks of a cut as cells. They are drawn half a voxel aside: a brick begins between two samples, and a cell with a
+    /// voxel.
+    fn cells(&self, Candidate { cut, max_error, .. }: &Candidate, most: usize) -> Cells {
+        let Self { key: Key { volume, transfer, .. }, means, errors, .. } = self;
+        let table = Table::new(transfer, volume.samples.scalar_type());
+        let dims = volume.lattice.dims;
+        let [nx, ny, _] = cut.dims;
+        let bricks = cut.levels().iter().zip(errors).enumerate();
+        let shown: Vec<_> = bricks.filter(|(_, (level, _))| **level != EMPTY).collect();
+        let step = shown.len().div_ceil(most.max(1)).max(1);
+        let cell = |&(brick, (&level, errors)): &(usize, (&u8, &[f32; COARSER]))| {
+            let at = [brick % nx, brick / nx % ny, brick / (nx * ny)];
+            let low = [0, 1, 2].map(|a| (at[a] * 4).min(dims[a] - 1));
+            let size = [0, 1, 2].map(|a| (dims[a] - low[a]).min(4));
+            let [r, g, b, extinction] = table.lookup(means.of_block(low));
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "0..=65535"
+            )]
+            let unorm = |x: f32| (x.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16;
+            #[expect(clippy::cast_possible_truncation, reason = "of a lattice that is drawn")]
+            Cell {
+                low: low.map(|n| n as u32),
+                size: size.map(|n| n as u32),
+                level,
+                error: if level == 0 { 0.0 } else { errors[usize::from(level) - 1] },
+                extinction,
+                colour: [r, g, b].map(unorm),
+                why: if level == 0 { WhyWhole::Samples } else { WhyWhole::ErrorSmallEnough },
+            }
+        };
+        let cells = shown.iter().step_by(step).map(cell).collect();
+        Cells::from_cells(cells, shown.len() as u64, *max_error)
+    }
+
+    /// The greatest error of a brick that means stand for in any cut, and the least above 0: those between which a limit
+    /// makes a difference. `None` where all are the same.
+    fn limits(&self) -> Option<[f32; 2]> {
+        let errors = self.shown.iter().flat_map(|&brick| self.errors[brick as usize]);
+        let errors = errors.filter(|error| *error > 0.0 && error.is_finite());
+        let of = |ends: Option<[f32; 2]>, error: f32| {
+            let [least, most] = ends.unwrap_or([error; 2]);
+            Some([least.min(error), most.max(error)])
+        };
+        errors.fold(None, of)
     }
 }
 
@@ -218,7 +360,7 @@ pub fn means_of(
     volume: &ScalarVolume,
     means: &Means,
     ticket: &Ticket,
-) -> Result<[Coefficients; COARSER], Cancelled> {
+) -> Result<MeansOfLevels, Cancelled> {
     let of = |level: usize| {
         let MeansOfLevel { dims, values } = &means.levels[level];
         let volume_dims = volume.lattice.dims;
@@ -282,46 +424,28 @@ impl FieldCuts {
     }
 
     fn candidate(&self, number: CutNumber) -> Option<&Candidate> {
-        self.ready.as_ref()?.candidates.get(usize::from(number))
+        let ready = self.ready.as_ref()?;
+        if number == ASKED {
+            return ready.asked.as_ref();
+        }
+        ready.candidates.get(usize::from(number))
     }
 
-    /// The bricks of a cut as cells, at most so many of them. They are drawn half a voxel aside: a brick begins between
-    /// two samples, and a cell with a voxel.
+    /// The bricks of a cut as cells, at most so many of them.
     pub(super) fn cells(&self, number: CutNumber, most: usize) -> Option<Cells> {
-        let Ready { key, errors, .. } = self.ready.as_ref()?;
-        let Candidate { cut, max_error, .. } = self.candidate(number)?;
-        let Key { volume, transfer, .. } = key;
-        let table = Table::new(transfer, volume.samples.scalar_type());
-        let dims = volume.lattice.dims;
-        let means = &self.means.as_ref()?.1;
-        let [nx, ny, _] = cut.dims;
-        let bricks = cut.levels().iter().zip(errors).enumerate();
-        let shown: Vec<_> = bricks.filter(|(_, (level, _))| **level != EMPTY).collect();
-        let step = shown.len().div_ceil(most.max(1)).max(1);
-        let cell = |&(brick, (&level, errors)): &(usize, (&u8, &[f32; COARSER]))| {
-            let at = [brick % nx, brick / nx % ny, brick / (nx * ny)];
-            let low = [0, 1, 2].map(|a| (at[a] * 4).min(dims[a] - 1));
-            let size = [0, 1, 2].map(|a| (dims[a] - low[a]).min(4));
-            let [r, g, b, extinction] = table.lookup(means.of_block(low));
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "0..=65535"
-            )]
-            let unorm = |x: f32| (x.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16;
-            #[expect(clippy::cast_possible_truncation, reason = "of a lattice that is drawn")]
-            Cell {
-                low: low.map(|n| n as u32),
-                size: size.map(|n| n as u32),
-                level,
-                error: if level == 0 { 0.0 } else { errors[usize::from(level) - 1] },
-                extinction,
-                colour: [r, g, b].map(unorm),
-                why: if level == 0 { WhyWhole::Samples } else { WhyWhole::ErrorSmallEnough },
-            }
-        };
-        let cells = shown.iter().step_by(step).map(cell).collect();
-        Some(Cells::from_cells(cells, shown.len() as u64, *max_error))
+        Some(self.bricks()?.cells(self.candidate(number)?, most))
+    }
+
+    /// What cuts are found in.
+    pub(super) fn bricks(&self) -> Option<&Arc<Bricks>> {
+        self.ready.as_ref()?.bricks.as_ref()
+    }
+
+    /// Finds the cut of a plan's field whose bricks are off by no more than an error.
+    pub(super) fn ask(&mut self, plan: &Plan, max_error: f32) -> Option<CutNumber> {
+        let ready = self.ready.as_mut().filter(|ready| ready.key.is_of(plan))?;
+        ready.asked = Some(ready.bricks.as_ref()?.candidate(max_error));
+        Some(ASKED)
     }
 
     /// Turns to another engine, whose prices are its own, and which has means of its own.
@@ -386,18 +510,16 @@ impl Drawer {
     /// Begins to look for cuts of a plan's field, where there are none yet, and takes in what came of it.
     ///
     /// # Errors
-    /// A thread that does not start, or fails.
+    /// A thread that does not start, or fails; a failing device.
     pub(super) fn advance_cuts(&mut self, plan: &Plan) -> Result<(), DrawError> {
-        if !self.draws_cuts(plan) {
-            // A device's memory is short.
-            if let Some(renderer) = self.engines.made_gpu_mut() {
-                renderer.clear_levels();
-            }
+        if !self.may_cut(plan) {
             return Ok(());
         }
         let Some(field) = plan.field() else { return Ok(()) };
         let holds_levels = self.holds_levels(&field.volume);
-        if holds_levels && self.cuts.ready.as_ref().is_some_and(|ready| ready.key.is_of(plan)) {
+        let is_known =
+            |ready: &Ready| ready.key.is_of(plan) && (holds_levels || ready.candidates.is_empty());
+        if self.cuts.ready.as_ref().is_some_and(is_known) {
             return Ok(());
         }
         // What is looked for of another transfer function is told to stop.
@@ -409,79 +531,35 @@ impl Drawer {
             }
             return Ok(());
         }
-        if !self.holds_field(SlabField::Own, &field.volume, &plan.mode) {
+        let holds_field = self.holds_field(SlabField::Own, &field.volume, &plan.mode);
+        if !holds_field || !self.has_room_for_means(SlabField::Own) {
             return Ok(());
         }
-        let shown = match self.is_native() {
-            true => {
-                let found = self.engines.native.shown_bricks();
-                found.map(|(bricks, shown)| (bricks, shown.to_vec()))
-            }
-            false => {
-                // What shows is of the function that is drawn now, and quick pictures may have been of the other field.
-                self.prepare_field(plan, SlabField::Own, &mut ())?;
-                self.engines.made_gpu().and_then(Renderer::shown_bricks)
-            }
-        };
-        let Some((bricks, shown)) = shown else { return Ok(()) };
-        let engine = self.cuts.engine;
-        let stores = (!holds_levels).then_some(engine);
+        let key = Key::of(plan, field);
+        let Some(known) = self.known_bricks(plan, &key.levels)? else { return Ok(()) };
+        let stores = (!holds_levels).then_some(self.cuts.engine);
         drop(self.cuts.means.take_if(|(of, _)| !Arc::ptr_eq(of, &field.volume)));
         let means = self.cuts.means.as_ref().map(|(_, means)| Arc::clone(means));
-        let key = Key::of(plan, field);
         let of = key.clone();
-        let work = move |ticket: &Ticket| of.find(means, stores, (bricks, &shown), ticket);
+        let work = move |ticket: &Ticket| of.find(means, stores, known, ticket);
         let job = Job::start(("voxsplat-cuts", "cuts of the field"), work)?;
         self.cuts.under_way = Some((key, job));
         Ok(())
     }
 
-    /// Whether the engine that draws now draws cuts of a plan's field.
-    fn draws_cuts(&self, plan: &Plan) -> bool {
-        has_cuts(plan)
-            && match self.is_native() {
-                true => self.engines.native.draws_cuts(),
-                false => draws_cut(plan),
-            }
-    }
-
-    /// Whether it has the means of a volume.
-    fn holds_levels(&self, volume: &Arc<ScalarVolume>) -> bool {
-        match self.is_native() {
-            true => self.engines.native.holds_levels(volume),
-            false => self.engines.made_gpu().is_some_and(|gpu| gpu.holds_levels(volume)),
-        }
-    }
-
-    /// Whether it draws cuts of a field that it has.
-    fn takes_cuts(&self, field: SlabField) -> bool {
-        self.is_native() || self.engines.made_gpu().is_some_and(|gpu| gpu.takes_cuts(field))
-    }
-
     /// # Errors
     /// A failing device.
     fn take_cuts(&mut self, key: Key, found: Outcome) -> Result<(), DrawError> {
-        let (candidates, errors) = match found {
-            Ok(Some(Found { means, levels, candidates, errors })) => {
-                self.cuts.means = Some((Arc::clone(&key.volume), means));
-                let set = match levels {
-                    None => Ok(()),
-                    Some(Stored::Native(levels)) => {
-                        self.engines.native.set_levels(levels);
-                        Ok(())
-                    }
-                    Some(Stored::Means(means)) => {
-                        let (gpu, ticket) = (self.engines.gpu()?, Ticket::new());
-                        gpu.set_levels(&key.volume, &means, &ticket)
-                    }
-                };
-                match set {
-                    Ok(()) => (candidates, errors),
-                    Err(error @ GpuError::TooLarge { .. }) => {
+        let (candidates, bricks) = match found {
+            Ok(Some(Found { levels, candidates, bricks })) => {
+                self.cuts.means = Some((Arc::clone(&key.volume), Arc::clone(&bricks.means)));
+                match levels.map_or(Ok(()), |levels| self.take_levels(&key.volume, levels)) {
+                    Ok(()) => (candidates, Some(Arc::new(bricks))),
+                    Err(DrawError::Gpu(error @ GpuError::TooLarge { .. })) => {
                         log::warn!("quick pictures are of all of the field: {error}");
                         Default::default()
                     }
-                    Err(error) => return Err(error.into()),
+                    Err(error) => return Err(error),
                 }
             }
             Ok(None) => Default::default(),
@@ -491,7 +569,7 @@ impl Drawer {
                 Default::default()
             }
         };
-        self.cuts.ready = Some(Ready { key, candidates, errors });
+        self.cuts.ready = Some(Ready { key, candidates, asked: None, bricks });
         Ok(())
     }
 
@@ -515,33 +593,67 @@ impl Drawer {
         }
     }
 
+    /// Whether cuts of a plan's field are at hand.
+    pub(super) fn has_cuts(&self, plan: &Plan) -> bool {
+        self.may_cut(plan)
+            && self.has_room_for_means(SlabField::Own)
+            && plan.field().is_some_and(|field| self.holds_levels(&field.volume))
+            && !self.cuts.of(plan).is_empty()
+    }
+
+    /// Why quick pictures of a plan are not of cuts of its field though these were asked for; `None` where they are, or nobody
+    /// did.
+    pub(super) fn why_not_octree(&self, plan: &Plan) -> Option<&'static str> {
+        if plan.mode.cut.moving != Moving::Octree || self.has_cuts(plan) {
+            return None;
+        }
+        let has_none = || match () {
+            () if let Some(why) = self.why_engine_has_none(plan) => why,
+            () if self.cuts.ready.as_ref().is_some_and(|ready| ready.key.is_of(plan)) => {
+                "the volume is too small for means, or memory for them is short"
+            }
+            () => "its nodes are still being looked at",
+        };
+        Some(why_no_cut(plan).unwrap_or_else(has_none))
+    }
+
+    /// Limits on the errors of bricks between which cuts of a plan's field differ: the least, and the most.
+    pub(super) fn cut_limits_of(&self, plan: &Plan) -> Option<[f32; 2]> {
+        self.cuts.bricks().filter(|_| self.has_cuts(plan))?.limits()
+    }
+
+    /// What a quick picture is thought to lose: RMSE.
+    pub(super) fn thought_rmse(&self, plan: &Plan, of: &Reduction) -> f64 {
+        let field = field_rmse(plan, of.field);
+        let cut = of.cut.map_or(0.0, |number| self.cuts.cut_rmse(number, plan));
+        self.cuts.sampling_rmse(of.shrink).hypot(field).hypot(cut)
+    }
+
     /// The cut and the size of a picture of a budget that are thought to lose least: those given, of all of a field, or a
-    /// cut of one of the fields that are at hand.
+    /// cut of one of the fields that are at hand. Where people chose one of both, that one.
     pub(super) fn with_cut(&self, plan: &Plan, whole: Reduction, budget_ms: f64) -> Reduction {
-        let candidates = self.cuts.of(plan);
-        let has_levels = plan.field().is_some_and(|field| self.holds_levels(&field.volume));
-        if candidates.is_empty() || !self.draws_cuts(plan) || !has_levels {
+        let moving = plan.mode.cut.moving;
+        if moving == Moving::Subsampled || !self.has_cuts(plan) {
             return whole;
         }
-        let loss = |of: &Reduction| {
-            let field = field_rmse(plan, of.field);
-            let cut = of.cut.map_or(0.0, |number| self.cuts.cut_rmse(number, plan));
-            self.cuts.sampling_rmse(of.shrink).hypot(field).hypot(cut)
+        let of_whole = match moving {
+            Moving::Octree => f64::INFINITY,
+            _ => self.thought_rmse(plan, &whole),
         };
-        let mut best = (loss(&whole), whole);
+        let mut best = (of_whole, whole);
         for field in [SlabField::Own, SlabField::Preview] {
-            if !self.is_at_hand(plan, field) || !self.takes_cuts(field) {
+            if !self.is_at_hand(plan, field) || !self.has_room_for_means(field) {
                 continue;
             }
-            for number in 0..candidates.len() {
+            for number in 0..self.cuts.of(plan).len() {
                 #[expect(clippy::cast_possible_truncation, reason = "a handful")]
-                let cut = Some(number as CutNumber);
-                let share = self.cuts.share(number as CutNumber, field);
+                let number = number as CutNumber;
+                let share = self.cuts.share(number, field);
                 let shrink = self.affordable_at(field, share, plan.size, budget_ms);
-                let found = Reduction { field, shrink, cut };
-                let mut lost = loss(&found);
+                let found = Reduction { field, shrink, cut: Some(number) };
+                let mut lost = self.thought_rmse(plan, &found);
                 // What was drawn last stays where another is hardly better.
-                if self.last_reduction.is_some_and(|last| (last.field, last.cut) == (field, cut)) {
+                if self.last_reduction.is_some_and(|l| (l.field, l.cut) == (field, found.cut)) {
                     lost *= WORTH_CHANGING;
                 }
                 if lost < best.0 {
@@ -550,6 +662,83 @@ impl Drawer {
             }
         }
         best.1
+    }
+}
+
+/// A quick picture that might have been drawn within a time; for measurements of what the choice is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tried {
+    /// Of which field.
+    pub field: SlabField,
+    /// The greatest error of its bricks; `None` where it is of all of the field.
+    pub max_error: Option<f32>,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// What it was thought to be off by, and was: RMSE in linear light.
+    pub rmse: [f64; 2],
+    /// Whether it is the one that a moving view would have shown.
+    pub is_chosen: bool,
+}
+
+impl Drawer {
+    /// Draws every quick picture of a plan that is compared for a budget, each of the size that it is thought to afford.
+    /// `full` is the finished one, premultiplied linear light.
+    ///
+    /// # Errors
+    /// As of any picture.
+    pub fn try_cuts(
+        &mut self,
+        plan: &Plan,
+        budget_ms: f64,
+        full: &[[f64; 4]],
+    ) -> Result<Vec<Tried>, DrawError> {
+        self.prepare_field(plan, SlabField::Own, &mut ())?;
+        self.prepare_preview_field(plan, &mut ())?;
+        self.prepare_cuts(plan, &mut ())?;
+        let rung = Rung::Coarse { budget_ms };
+        // What leaving out pixels costs is learnt from pictures, as it is from those of a hand.
+        for _ in 0..3 {
+            let drawn = self.draw(plan, rung, &mut ())?;
+            let shrink = f64::from(plan.size[1]) / f64::from(drawn.size[1]);
+            let shown = self.engines.present(background_light(plan.background))?;
+            if let Some(Coarseness::Reduced { sampling_rmse, .. }) =
+                Coarseness::of(plan, rung, &drawn, shrink, &shown)
+            {
+                self.cuts.note_sampling(shrink, sampling_rmse);
+            }
+        }
+        let chosen = self.reduction(plan, budget_ms);
+        let (costs, longer, last) = (self.costs, self.cuts.longer, self.last_reduction);
+        let mut found = Vec::new();
+        for field in [SlabField::Own, SlabField::Preview] {
+            if !self.is_at_hand(plan, field) {
+                continue;
+            }
+            let has_room = self.has_room_for_means(field);
+            let cuts = if has_room { self.cuts.of(plan).len() } else { 0 };
+            let numbers = (0..).take(cuts).map(Some);
+            for cut in std::iter::once(None).chain(numbers) {
+                let share = cut.map_or(1.0, |number| self.cuts.share(number, field));
+                let shrink = self.affordable_at(field, share, plan.size, budget_ms);
+                let tried = Reduction { field, shrink, cut };
+                let thought_rmse = self.thought_rmse(plan, &tried);
+                let drawn = self.reduced(plan, tried, &mut ())?;
+                let light = enlarged(self.engines.read_light()?, drawn.size, plan.size);
+                let rmse = accuracy::rmse(&widened(&light), full).map_err(|error| {
+                    GpuError::Device(format!("two pictures of one size: {error}"))
+                })?;
+                // The next one is to be fitted by the same prices.
+                (self.costs, self.cuts.longer, self.last_reduction) = (costs, longer, last);
+                found.push(Tried {
+                    field,
+                    max_error: drawn.cut.map(|cut| cut.max_error),
+                    size: drawn.size,
+                    rmse: [thought_rmse, rmse],
+                    is_chosen: chosen.is_some_and(|c| (c.field, c.cut) == (field, cut)),
+                });
+            }
+        }
+        Ok(found)
     }
 }
 

@@ -161,7 +161,7 @@ impl Drawer {
             Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_) => {
                 plan.kernels.is_empty() && plan.field().is_some()
             }
-            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Full => false,
+            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Bricks { .. } | Rung::Full => false,
         };
         match is_of_octree && !draws_nodes(&plan.mode, rung) {
             true => EngineKind::Gpu,
@@ -185,6 +185,17 @@ impl Drawer {
             self.cuts.turn_to(engine);
             (self.engine, self.last_reduction) = (engine, None);
         }
+    }
+
+    /// Draws what nobody waits for: what that costs says nothing of the pictures that somebody does.
+    pub(super) fn aside<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+        let prices = (self.engine, self.costs, self.other_costs);
+        let (shrink, reduction) = (self.last_shrink, self.last_reduction);
+        let done = work(self);
+        (self.engine, self.costs, self.other_costs) = prices;
+        (self.last_shrink, self.last_reduction) = (shrink, reduction);
+        self.cuts.turn_to(self.engine);
+        done
     }
 
     /// Whether the native engine draws the plan that was prepared or drawn last.
@@ -252,6 +263,10 @@ impl Drawer {
             Rung::Cheaper(kernel) => self.grid(plan, kernel, observer),
             Rung::Reduced { field, shrink } => {
                 self.reduced(plan, Reduction { field, shrink, cut: None }, observer)
+            }
+            Rung::Bricks { max_error } => {
+                let cut = self.cuts.ask(plan, max_error);
+                self.reduced(plan, Reduction { field: SlabField::Own, shrink: 1.0, cut }, observer)
             }
             Rung::Full => self.full(plan, observer),
         }
@@ -335,7 +350,7 @@ impl Drawer {
             (Some(_), Some(pyramid)) => pyramid.thinning.factor(&cut.nodes),
             _ => 1.0,
         };
-        let count = cut.nodes.len() as u64;
+        let (count, levels) = (cut.nodes.len() as u64, levels(&cut));
         if is_native {
             let thinner = |node: Node| Node { extinction: node.extinction * factor, ..node };
             let nodes: Vec<Node> = cut.nodes.iter().map(node).map(thinner).collect();
@@ -358,6 +373,7 @@ impl Drawer {
             size: smaller,
             kernels: count,
             nodes: count,
+            levels,
             max_error,
             missing_rmse,
             wall_ms,
@@ -401,7 +417,7 @@ impl Drawer {
         let start = Instant::now();
         let (size, view) = (plan.size, plan.view());
         let cut = self.cut_of(plan, &view, limits);
-        let count = cut.nodes.len() as u64;
+        let (count, levels) = (cut.nodes.len() as u64, levels(&cut));
         if is_native {
             let nodes: Vec<Node> = cut.nodes.iter().map(node).collect();
             self.native_nodes(plan, &nodes, observer)?;
@@ -419,6 +435,7 @@ impl Drawer {
             size,
             kernels: count,
             nodes: count,
+            levels,
             max_error: limits.max_error,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
             ..Drawn::default()
@@ -556,6 +573,15 @@ pub(super) fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {
 fn draws_nodes(mode: &SplatSettings, rung: Rung) -> bool {
     let kernel = if let Rung::Cheaper(kernel) = rung { kernel } else { mode.kernel };
     mode.backend != Backend::Raster && kernel != Kernel::Gouraud
+}
+
+/// Of how many levels the nodes of a cut are.
+fn levels(cut: &Cut) -> usize {
+    let side = |node: &CutNode| node.size.iter().fold(1, |most, &side| most.max(side));
+    let sides = cut.nodes.iter().fold(0_u64, |seen, node| {
+        seen | 1 << u64::from(side(node).next_power_of_two().trailing_zeros())
+    });
+    sides.count_ones() as usize
 }
 
 fn node(CutNode { low, size, node, .. }: &CutNode) -> Node {

@@ -7,6 +7,7 @@
 mod cells;
 mod converge;
 mod next;
+mod remaining;
 mod rungs;
 mod second;
 mod worker;
@@ -140,6 +141,8 @@ pub struct FrameReport {
     pub engine: EngineKind,
     /// What the native engine does not draw of it, where that was to draw.
     pub not_native: Option<String>,
+    /// Which of the native engine's loops drew it, where one did.
+    pub native_loop: Option<&'static str>,
     /// What drew it.
     pub backend: Backend,
     /// Wall milliseconds from camera set to queue finished.
@@ -152,6 +155,9 @@ pub struct FrameReport {
     pub progress: f32,
     /// What a coarse picture is thought to be off by: RMSE to `full` in linear light.
     pub estimated_rmse: Option<f64>,
+    /// What the last picture of a view is off by, measured once it is there (see `task::remaining`): RMSE in linear light
+    /// to the converged picture, or of modes without slabs to that of the exact mode.
+    pub remaining_rmse: Option<f64>,
     /// On `full` and the finer ones after it: what the coarse picture of the same view was thought to be
     /// off by, and was.
     pub checked: Option<Checked>,
@@ -209,12 +215,14 @@ impl FrameReport {
             kernels_total: voxels,
             engine: EngineKind::default(),
             not_native: None,
+            native_loop: None,
             backend,
             frame_ms,
             budget_ms: None,
             next: None,
             progress: 1.0,
             estimated_rmse: None,
+            remaining_rmse: None,
             checked: None,
             refined: None,
             effects: Vec::new(),

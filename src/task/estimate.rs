@@ -114,7 +114,7 @@ impl Coarseness {
                 let &Drawn { max_error, missing_rmse, .. } = drawn;
                 Some(Self::Octree { max_error, missing_rmse })
             }
-            Rung::Coarse { .. } | Rung::Reduced { .. } => {
+            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Bricks { .. } => {
                 let is_smaller = shrink > 1.0;
                 if !is_smaller && drawn.is_of_own() {
                     // The finished picture.

@@ -215,9 +215,15 @@ mod tests {
         let area = Area::of(&lattice);
         let corners = vec![Vec3::ZERO, Vec3::X * 2047.0, Vec3::Y * 2047.0];
         let mesh = Mesh::new("plane", corners, Vec::new(), Vec::new(), vec![[0, 1, 2]]).unwrap();
-        assert!(mesh.with_short_edges(|ends| area.is_long(ends, 1.0), MOST).is_none());
-        let coarse = mesh.with_short_edges(|ends| area.is_long(ends, 40.0), MOST).unwrap();
-        assert!((2000..MOST).contains(&coarse.len()), "{}", coarse.len());
+        assert!(mesh.with_short_edges(|ends| area.is_long(ends, area.finest), MOST).is_none());
+        let scene = scene();
+        let probe = probe_of(&scene).unwrap().expect("a field");
+        let of = scene.lacking_field_values().remove(0);
+        let found = on_mesh(&probe, "density", (&area, &mesh, of), &Ticket::new()).unwrap();
+        let count = found.values.mesh.len();
+        assert!((MOST / 8..=MOST).contains(&count), "{count}");
+        let told = found.told.expect("it is coarser");
+        assert!(told.starts_with("plane: ") && told.contains("samples apart"), "{told}");
     }
 
     #[test]

@@ -53,7 +53,9 @@ impl LevelOfDetail {
             Rung::Octree { .. } => Self::Octree { max_error },
             Rung::Coarse { .. } if !drawn.is_reduced => Self::Octree { max_error },
             Rung::Coarse { .. } => Self::Reduced { field, size, cut, is_timed: true },
-            Rung::Reduced { .. } => Self::Reduced { field, size, cut, is_timed: false },
+            Rung::Reduced { .. } | Rung::Bricks { .. } => {
+                Self::Reduced { field, size, cut, is_timed: false }
+            }
             Rung::Subsampled { level } => Self::Subsampled { level },
             Rung::Cheaper(kernel) => Self::Cheaper(kernel),
             Rung::Full => Self::Full { vectors_halved },

@@ -24,6 +24,7 @@ pub mod output_file;
 pub mod picture_file;
 mod previews;
 pub mod probe;
+pub mod remaining;
 mod rows;
 pub mod rung;
 mod slabs;

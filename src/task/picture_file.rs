@@ -96,6 +96,7 @@ mod tests {
             engine: crate::task::engines::EngineKind::Gpu,
             not_native: None,
             is_full: true,
+            why_not_octree: None,
             size: [3, 1],
             outline: crate::plan::Outline::default(),
             light: light.clone(),

@@ -11,7 +11,7 @@ use crate::gpu::GpuError;
 use crate::hierarchy::{ScalarPyramid, ScalarPyramidError};
 use crate::kernel::{Averaged, Coefficients, CoefficientsError, Kernel, nearest_tents};
 use crate::plan::{Field, Plan, SlabField, Way};
-use crate::scene::{Backend, Reconstruction, SplatSettings};
+use crate::scene::{Backend, Order, Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
 
 use super::cuts::CutNumber;
@@ -118,6 +118,15 @@ pub(super) fn preview_mode(plan: &Plan) -> Option<SplatSettings> {
     }
     let is_like_tents = is_sharp && !is_scaled(&splat);
     (plan.reconstructs() && is_like_tents && plan.field().is_some()).then_some(tents)
+}
+
+/// Whether a plan has nothing that cuts of classified voxels do not show: these know neither lights nor tables, and show what
+/// is cut away.
+pub(super) fn is_plain(plan: &Plan) -> bool {
+    plan.shading.is_plain()
+        && plan.inside.is_plain()
+        && plan.kernels.is_empty()
+        && plan.surfaces.is_empty()
 }
 
 /// Whether a plan's field is on cells so few that quick pictures are of these themselves.
@@ -272,12 +281,7 @@ impl Drawer {
         let width_px = plan.view().narrowest_voxel_pixels() * widest_voxels(field, plan);
         let splats = self.costs.splats_within(budget_ms).min(MOST_SPARSE);
         let is_sparse = self.active_count().is_some_and(|active| active <= splats);
-        // Cuts know neither lights nor tables, and show what is cut away.
-        let is_plain = plan.shading.is_plain()
-            && plan.inside.is_plain()
-            && plan.kernels.is_empty()
-            && plan.surfaces.is_empty();
-        let is_lost = shrink > width_px.max(1.0) && is_sparse && is_plain;
+        let is_lost = shrink > width_px.max(1.0) && is_sparse && is_plain(plan);
         let whole = Reduction { field, shrink, cut: None };
         (!is_lost).then(|| self.with_cut(plan, whole, budget_ms))
     }
@@ -383,10 +387,11 @@ impl Drawer {
         let found = found.map(|(number, (cut, max_error))| (number, Arc::clone(cut), max_error));
         let with_cut = |plan: Plan| match &found {
             None => plan,
-            // Slabs are as thick as the samples are wide.
+            // Slabs are as thick as the samples are wide, and laid down near to far: the light is the same either way.
             Some((_, cut, _)) => {
                 let slabs_per_voxel = plan.mode.slabs_per_voxel.min(1.0);
-                let mode = SplatSettings { slabs_per_voxel, ..plan.mode };
+                let order = Order::FrontToBack;
+                let mode = SplatSettings { slabs_per_voxel, order, ..plan.mode };
                 Plan { cut: Some(Arc::clone(cut)), ..plan.in_mode(mode) }
             }
         };

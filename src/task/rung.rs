@@ -25,6 +25,11 @@ pub enum Rung {
         /// Greatest error of a node (see `hierarchy::Node::error`).
         max_error: f32,
     },
+    /// The cut of the reconstructed field of an error, at full size; all of the field where it has no cuts.
+    Bricks {
+        /// Greatest error of a brick (see `hierarchy::BrickErrors`).
+        max_error: f32,
+    },
     /// Every 2^level-th sample along each axis, averaged.
     Subsampled {
         /// Level of the pyramid.
@@ -75,6 +80,8 @@ pub struct Drawn {
     pub kernels: u64,
     /// Octree nodes among them.
     pub nodes: u64,
+    /// How many levels of the octree these are of: sizes, of boxes that the volume's border does not cut.
+    pub levels: usize,
     /// The error of the cut; 0 for `full`.
     pub max_error: f32,
     /// What pixels that points leave out are thought to cost, RMSE in linear light; else 0.

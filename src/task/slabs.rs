@@ -350,9 +350,14 @@ impl Drawer {
         observer: &mut dyn Observer,
     ) -> Result<(), DrawError> {
         let (mode, is_native) = (&plan.mode, self.engines.of_plan(plan) == EngineKind::Native);
+        let is_lit = mode.kernel == Kernel::Cells && plan.shading.lights_borders();
         let holds_field = match is_native {
             true => self.engines.native.holds_field(which, volume, mode),
-            false => self.engines.gpu()?.holds_field(which, volume, mode),
+            false => {
+                let renderer = self.engines.gpu()?;
+                renderer.holds_field(which, volume, mode)
+                    && (renderer.is_field_lit(which) || !is_lit)
+            }
         };
         if !holds_field {
             *self.field.table(is_native, which) = None;
@@ -366,7 +371,11 @@ impl Drawer {
                     // The observer looks at what has a picture, which this engine has not meanwhile.
                     let mut renderer = self.engines.take_gpu()?;
                     let set = self.watched(observer, |ticket| {
-                        renderer.set_field(which, volume, mode, coefficients, ticket)
+                        if is_lit {
+                            renderer.set_lit_field(which, volume, mode, coefficients, ticket)
+                        } else {
+                            renderer.set_field(which, volume, mode, coefficients, ticket)
+                        }
                     });
                     self.engines.put_gpu(renderer);
                     match set {

@@ -11,6 +11,8 @@ use super::effect_costs::{LeftOut, left_out};
 use super::engine::HeldBytes;
 use super::engines::{Canvas, EngineKind};
 use super::estimate::{Coarseness, Estimator};
+use super::previews::is_plain;
+use super::remaining;
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
@@ -32,10 +34,13 @@ pub enum Refine {
         /// Milliseconds.
         budget_ms: f64,
     },
-    /// The coarsest octree cut whose picture is within an error of `full`.
+    /// The coarsest octree cut whose picture is within an error of `full`: of the field where it has cuts, else of
+    /// classified voxels.
     Error {
         /// Root mean square over pixels and RGB, linear light, black behind.
         max_error: f64,
+        /// Of classified voxels in any case.
+        of_voxels: bool,
     },
     /// Full, with slabs doubled until two pictures differ by less than [`CONVERGED`] in every
     /// channel of every pixel, alpha included. Modes without slabs have nothing to double: `full`.
@@ -55,6 +60,9 @@ pub enum Refine {
 /// Two pictures that differ by less than this in every channel are the same one: half a step of an
 /// 8-bit channel.
 pub const CONVERGED: f64 = 1.0 / 512.0;
+
+/// Limits on the errors of bricks that are tried, to a doubling.
+const LIMITS_A_DOUBLING: f64 = 4.0;
 
 /// How `converged` ended.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -96,7 +104,7 @@ pub struct StillRequest {
     /// More frames after the picture, each with the camera turned by one degree, for timing.
     pub repeat: u32,
     /// Whether to time each pass, in one more frame, and to find what each effect of a full picture costs
-    /// and changes, in a few more.
+    /// and changes, in a few more, and what the picture is off by.
     pub time_passes: bool,
 }
 
@@ -115,6 +123,8 @@ pub struct Still {
     pub drawn: Drawn,
     /// Whether it is `full`, down to the pixel where kernels are smaller than one.
     pub is_full: bool,
+    /// Why it is of no octree cut within a time, where these were asked for; in words that follow "there is no cut: ".
+    pub why_not_octree: Option<&'static str>,
     /// Voxels with opacity.
     pub kernels_active: u64,
     /// Who built the octree; `None` where there is none.
@@ -133,8 +143,9 @@ pub struct Still {
     pub frame_ms: Vec<f64>,
     /// The reconstructed field that it shows; `None` where kernels are shaded first, and of cuts.
     pub field: Option<ShownField>,
-    /// What a picture within a budget is thought to be off by: RMSE to `full` in linear light, by a
-    /// model that has seen no picture of this volume yet.
+    /// What it is thought to be off by, RMSE in linear light over black. Where passes were timed, against the converged
+    /// picture, measured at some of its pixels ([`super::remaining`]). Else of a picture within a budget to `full`, by a
+    /// model that has seen no picture of this volume yet; `None` of others.
     pub estimated_rmse: Option<f64>,
     /// Pass times, where asked for, of one more frame in which each pass is submitted and waited for
     /// by itself: disjoint spans of [`Still::timed_frame_ms`], not of `frame_ms`.
@@ -242,8 +253,8 @@ pub(super) fn draw(
     let rung = match request.refine {
         Refine::Full => Rung::Full,
         Refine::Budget { budget_ms } => Rung::Coarse { budget_ms },
-        Refine::Error { max_error } => {
-            let (rung, rmse) = coarsest_within(drawer, &plan, max_error, &mut watch)?;
+        Refine::Error { max_error, of_voxels } => {
+            let (rung, rmse) = within_error(drawer, &plan, (max_error, of_voxels), &mut watch)?;
             measured_rmse = Some(rmse);
             rung
         }
@@ -351,7 +362,7 @@ pub(super) fn draw(
         }
         false => Vec::new(),
     };
-    Ok(Still {
+    let mut still = Still {
         size: *size,
         outline: plan.outline(),
         effects,
@@ -360,6 +371,9 @@ pub(super) fn draw(
         rgba,
         drawn,
         is_full,
+        why_not_octree: matches!(rung, Rung::Coarse { .. })
+            .then(|| drawer.why_not_octree(&plan))
+            .flatten(),
         kernels_active,
         octree: drawer.octree_builder(),
         engine: drew,
@@ -382,7 +396,42 @@ pub(super) fn draw(
         convergence,
         cells,
         capped_opacities: drawer.capped_count(&plan),
-    })
+    };
+    if request.time_passes {
+        // At the size that was asked for, with the slabs that it came to.
+        let plan = Plan::of(scene, *size).in_mode(plan.mode);
+        if let Some(rmse) = measured_error(drawer, &plan, &still, &mut watch)? {
+            still.estimated_rmse = Some(rmse);
+        }
+    }
+    Ok(still)
+}
+
+/// What a still is found to be off by, against the converged picture; `None` where some of its pixels do not tell: quick
+/// pictures with marks or triangles on them, whose pixels are means.
+fn measured_error(
+    drawer: &mut Drawer,
+    plan: &Plan,
+    still: &Still,
+    watch: &mut Watch<'_>,
+) -> Result<Option<f64>, StillError> {
+    let is_finished = still.is_full || still.drawn.is_whole(still.size);
+    let measured = match is_finished {
+        true => remaining::of_finished(drawer, plan, &still.light, watch),
+        false if plan.kernels.is_empty() && plan.surfaces.is_empty() => {
+            remaining::of_shown(drawer, plan, &still.light, watch)
+        }
+        false => return Ok(None),
+    };
+    match measured {
+        Ok(rmse) => Ok(Some(rmse)),
+        // The picture is there all the same.
+        Err(error) if error.is_refusal() && error != DrawError::Interrupted => {
+            log::warn!("what the picture is off by was not found: {error}");
+            Ok(None)
+        }
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// The light of the picture that was drawn last, and what it took to have it in memory, milliseconds: nothing where the
@@ -411,7 +460,7 @@ fn backend_of(rung: Rung, drawn: &Drawn, plan: &Plan) -> Backend {
     let splat = &plan.mode;
     let lists = match rung {
         Rung::Full => return plan.at_size(drawn.size, 1.0).backend(),
-        Rung::Reduced { .. } => return splat.fixed_backend(),
+        Rung::Reduced { .. } | Rung::Bricks { .. } => return splat.fixed_backend(),
         Rung::Coarse { .. } if drawn.is_reduced => return splat.fixed_backend(),
         Rung::Octree { .. } | Rung::Subsampled { .. } => lists_cut(splat),
         Rung::Coarse { .. } => previews_by_lists(splat),
@@ -426,7 +475,71 @@ fn turned(camera: &Camera, degrees: u32) -> Camera {
     camera.rotated(glam::DQuat::from_axis_angle(camera.up, angle))
 }
 
-/// Doubles the nodes of a cut until its picture is near enough to `full`.
+/// The rung of the coarsest cut whose picture is near enough to `full`, and how near it is.
+fn within_error(
+    drawer: &mut Drawer,
+    plan: &Plan,
+    (max_error, of_voxels): (f64, bool),
+    watch: &mut Watch<'_>,
+) -> Result<(Rung, f64), StillError> {
+    if !of_voxels {
+        drawer.prepare_field(plan, SlabField::Own, watch)?;
+        drawer.prepare_cuts(plan, watch)?;
+        if let Some(limits) = drawer.cut_limits_of(plan) {
+            return coarsest_cut_within(drawer, plan, (max_error, limits), watch);
+        }
+        if !is_plain(plan) {
+            // Cuts of classified voxels show nothing of what stands beside these.
+            return Ok((Rung::Full, 0.0));
+        }
+    }
+    coarsest_within(drawer, plan, max_error, watch)
+}
+
+/// Halves the range of limits on the errors of bricks until the greatest is found whose picture is near enough to `full`:
+/// the higher the limit, the further off.
+fn coarsest_cut_within(
+    drawer: &mut Drawer,
+    plan: &Plan,
+    (max_error, limits): (f64, [f32; 2]),
+    watch: &mut Watch<'_>,
+) -> Result<(Rung, f64), StillError> {
+    let full = light_of(drawer, plan, Rung::Full, watch)?;
+    let [least, most] = limits.map(|limit| f64::from(limit).log2());
+    #[expect(clippy::cast_possible_truncation, reason = "of 32 bits")]
+    let limit = |step: u32| (least + f64::from(step) / LIMITS_A_DOUBLING).exp2() as f32 * 1.0001;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few dozen")]
+    let mut beyond = ((most - least) * LIMITS_A_DOUBLING).ceil() as u32 + 1;
+    let (mut first, mut found) = (0, (Rung::Full, 0.0));
+    while first < beyond {
+        let step = first + (beyond - first) / 2;
+        let rung = Rung::Bricks { max_error: limit(step) };
+        let rmse = rmse_between(&light_of(drawer, plan, rung, watch)?, &full)?;
+        if rmse <= max_error {
+            (first, found) = (step + 1, (rung, rmse));
+        } else {
+            beyond = step;
+        }
+    }
+    Ok(found)
+}
+
+fn light_of(
+    drawer: &mut Drawer,
+    plan: &Plan,
+    rung: Rung,
+    watch: &mut Watch<'_>,
+) -> Result<Vec<[f64; 4]>, StillError> {
+    drawer.draw(plan, rung, watch)?;
+    Ok(widened(&drawer.engines.read_light()?))
+}
+
+fn rmse_between(picture: &[[f64; 4]], full: &[[f64; 4]]) -> Result<f64, StillError> {
+    let rmse = accuracy::rmse(picture, full);
+    Ok(rmse.map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?)
+}
+
+/// Doubles the nodes of a cut of classified voxels until its picture is near enough to `full`.
 fn coarsest_within(
     drawer: &mut Drawer,
     plan: &Plan,
@@ -436,15 +549,11 @@ fn coarsest_within(
     // What a plan's own engine does not need: the cuts are found in it.
     let engine = drawer.engine_of(plan, Rung::Octree { max_error: 0.0 });
     drawer.prepare_octree(plan, engine == EngineKind::Gpu, watch)?;
-    drawer.draw(plan, Rung::Full, watch)?;
-    let full = widened(&drawer.engines.read_light()?);
+    let full = light_of(drawer, plan, Rung::Full, watch)?;
     let mut count = 64;
     while count < drawer.active_count().unwrap_or(0) {
         let rung = Rung::Octree { max_error: drawer.error_for_count(count) };
-        drawer.draw(plan, rung, watch)?;
-        let picture = widened(&drawer.engines.read_light()?);
-        let rmse = accuracy::rmse(&picture, &full)
-            .map_err(|error| GpuError::Device(format!("two pictures of one size: {error}")))?;
+        let rmse = rmse_between(&light_of(drawer, plan, rung, watch)?, &full)?;
         if rmse <= max_error {
             return Ok((rung, rmse));
         }

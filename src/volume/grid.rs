@@ -175,6 +175,15 @@ pub struct LabelName {
     pub colour: Option<Srgb8>,
 }
 
+/// What the samples of an only field of one number were made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StandsFor {
+    /// The least and the greatest of its values.
+    pub range: [f64; 2],
+    /// The box about it, world, where it does not fill that of the samples: those that are NaN lie beside it.
+    pub bounds: Option<[DVec3; 2]>,
+}
+
 /// Everything read from a file that holds a grid.
 #[derive(Debug, Clone)]
 pub struct Grid {
@@ -191,6 +200,8 @@ pub struct Grid {
     pub unit: Option<String>,
     /// The basis functions whose sum its only field is, where it was sampled from some.
     pub functions: Option<Arc<Encoding>>,
+    /// What its samples stand for, where they were made of something else and that is known.
+    pub stands_for: Option<StandsFor>,
     /// What the active field's values stand for, where the file says.
     pub label_names: Vec<LabelName>,
 }
@@ -242,6 +253,7 @@ impl Grid {
             space: None,
             unit: None,
             functions: None,
+            stands_for: None,
             label_names: Vec::new(),
         }
     }
@@ -378,9 +390,16 @@ impl Grid {
         let samples = self.samples_of(field, component, ticket)?;
         let Spaced { lattice, samples, cells, scattered, statistics, own_bounds } =
             self.evenly_spaced(field, samples, ticket)?;
-        let statistics = match statistics {
-            Some(own) => own,
-            None => Statistics::of(&samples, ticket)?,
+        let own_bounds = own_bounds.or(self.stands_for.and_then(|of| of.bounds));
+        let statistics = match (statistics, self.stands_for) {
+            (Some(own), _) => own,
+            (None, None) => Statistics::of(&samples, ticket)?,
+            (None, Some(StandsFor { range, bounds })) => {
+                let sampled = Statistics::between(&samples, range, ticket)?;
+                // No data is missing beside what was sampled.
+                let nan_count = if bounds.is_some() { 0 } else { sampled.nan_count };
+                Statistics { nan_count, ..sampled }
+            }
         };
         if statistics.finite_count == 0 {
             return Err(VolumeError::NothingFinite {

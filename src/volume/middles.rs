@@ -10,7 +10,8 @@ use crate::core::{Cancelled, Ticket};
 impl Grid {
     /// Middles between samples that are finite, `most` of them at most, which lie evenly among all: of grids between each two,
     /// four or eight that are next to each other; of unstructured samples on points the middles of cells (of a surface those
-    /// of its triangles), of samples on cells their points. Points that no cell joins have none.
+    /// of its triangles), of each two of a cell's corners, and halfway from its middle to each; of samples on cells their points.
+    /// Points that no cell joins have none.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -75,19 +76,36 @@ fn of_cells(
         let corner = *corner as usize;
         corner >= samples.len() || samples.get(corner).is_finite()
     };
-    let middle = |corners: &[u32]| {
+    let place = |corners: &[u32], number: usize| {
         corners.iter().all(is_known).then_some(())?;
-        let sum: DVec3 = corners.iter().map(|corner| points[*corner as usize]).sum();
-        finite(sum / corners.len() as f64)
+        let at = |corner: u32| points[corner as usize];
+        let count = corners.len();
+        let middle = corners.iter().map(|corner| at(*corner)).sum::<DVec3>() / count as f64;
+        if number <= count {
+            let corner = number.checked_sub(1).map_or(middle, |own| at(corners[own]));
+            return finite((middle + corner) / 2.0);
+        }
+        // Corners by the distance between them in the list.
+        let (apart, first) = ((number - 1) / count, (number - 1) % count);
+        let second = corners.get(first + apart)?;
+        finite((at(corners[first]) + at(*second)) / 2.0)
     };
     let solids = cells.solids();
     if !solids.is_empty() {
-        let of_solid = |i: usize| middle(solids[i].corners());
-        return Ok(evenly(solids.len(), most).filter_map(of_solid).collect());
+        let most_corners = solids.iter().map(|solid| solid.corners().len()).max().unwrap_or(1);
+        let each = places_in(most_corners);
+        let of_solid = |i: usize| place(solids[i / each].corners(), i % each);
+        return Ok(evenly(solids.len() * each, most).filter_map(of_solid).collect());
     }
     let triangles = cells.triangles(ticket)?;
-    let of_triangle = |i: usize| middle(&triangles[i].0);
-    Ok(evenly(triangles.len(), most).filter_map(of_triangle).collect())
+    let each = places_in(3);
+    let of_triangle = |i: usize| place(&triangles[i / each].0, i % each);
+    Ok(evenly(triangles.len() * each, most).filter_map(of_triangle).collect())
+}
+
+/// Numbers of the places in a cell of so many corners, some of which are none: its middle, halfway to each corner, and each two.
+fn places_in(corners: usize) -> usize {
+    1 + corners * corners
 }
 
 #[cfg(test)]
@@ -169,14 +187,23 @@ mod tests {
         };
         let two = mesh(vec![10, 10], vec![0, 4, 8], vec![0, 1, 2, 3, 1, 2, 3, 4]);
         let found = of(&two, Association::Point, 5);
-        assert_eq!(found, [DVec3::splat(0.25), DVec3::splat(0.5)]);
+        // The middle, halfway to four corners, and six edges of each.
+        assert_eq!(found.len(), 22);
+        assert!(found.contains(&DVec3::splat(0.25)) && found.contains(&DVec3::splat(0.5)));
+        assert!(found.contains(&DVec3::splat(0.125)), "halfway to the corner at 0");
+        for edge in [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3], [1, 4], [2, 4], [3, 4]] {
+            let middle = (corners[edge[0]] + corners[edge[1]]) / 2.0;
+            assert!(found.contains(&middle), "of {edge:?}");
+        }
+        assert!(!found.iter().any(|at| corners.contains(at)), "where a sample is");
         assert_eq!(of(&two, Association::Cell, 2), corners);
         let holed = floats(&[f32::NAN, 1.0, 1.0, 1.0, 1.0]);
-        assert_eq!(found_in(&two, Association::Point, &holed, 9), [DVec3::splat(0.5)]);
+        let found = found_in(&two, Association::Point, &holed, usize::MAX);
+        assert!(found.len() == 11 && found.contains(&DVec3::splat(0.5)), "{found:?}");
         let sheet = mesh(vec![5], vec![0, 3], vec![0, 1, 2]);
         let third = 1.0 / 3.0;
         let found = of(&sheet, Association::Point, 5);
-        assert_eq!(found.len(), 1);
+        assert_eq!(found.len(), 7);
         assert!(found[0].distance(DVec3::new(third, third, 0.0)) < 1e-12, "{}", found[0]);
         let points = mesh(Vec::new(), vec![0], Vec::new());
         assert!(of(&points, Association::Point, 5).is_empty());

@@ -23,7 +23,7 @@ mod vectors_on_cells;
 
 pub use coordinates::Coordinates;
 pub use error::VolumeError;
-pub use grid::{Association, Component, Field, Grid, LabelName, Lattice, ScalarVolume};
+pub use grid::{Association, Component, Field, Grid, LabelName, Lattice, ScalarVolume, StandsFor};
 pub use joint::{JOINT_BINS, JointHistogram};
 pub use samples::{Samples, Scalar, ScalarType};
 pub use scattered::Scattered;

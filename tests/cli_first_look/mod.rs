@@ -71,7 +71,7 @@ fn a_first_look_lights_faces_and_any_word_about_light_or_opacity_puts_it_out() {
         &["--opacity", "0:0,1200:0.5"][..],
         &["--color", "0:000000,1200:ffffff"],
         &["--modulation", "value:0:1,100:1"],
-        &["--refine", "coarse", "--max-error", "0.2"],
+        &["--refine", "coarse", "--max-error", "0.2", "--cut-balanced"],
         &["--visibility", "every-sample", "--backend", "raster"],
     ] {
         assert_eq!(asked_for_lights(&rendered(HEAD, flags).1), None, "{flags:?}");

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Output;
 
 use super::fault;
-use crate::command_line::{errors, program};
+use crate::command_line::{can_draw, errors, program};
 
 /// Nodes of graphics processors: where there is one, `auto` has drivers asked.
 const NODES: [&str; 5] = ["/dev/dri", "/dev/nvidiactl", "/dev/dxg", "/dev/kfd", "/dev/mali0"];
@@ -125,4 +125,22 @@ fn where_there_is_no_adapter_what_needs_one_names_the_package_in_a_sentence() {
         assert_eq!(fault(&output, 1, &words, None), None, "{more:?}");
         assert!(!picture.exists(), "{more:?}: a picture of nothing");
     }
+}
+
+/// Vulkan's loader looks for a screen even where a picture goes to a file, and libwayland writes to stderr where nobody says in
+/// which folder that might be.
+#[test]
+fn no_librarys_line_stands_among_the_programs_words() {
+    if !can_draw("splats as triangles") {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("p.png");
+    let picture = picture.to_str().expect("UTF-8");
+    let render = ["render", "demo:shells:8", "--resolution", "16,12", "--kernel", "gouraud"];
+    let mut program = program(&[&render[..], &["--output", picture]].concat());
+    let output = program.env_remove("XDG_RUNTIME_DIR").output().expect("the program starts");
+    assert!(output.status.success(), "{}", errors(&output));
+    let foreign = errors(&output).lines().filter(|line| !line.starts_with("voxsplat")).count();
+    assert_eq!(foreign, 0, "{}", errors(&output));
 }

@@ -164,7 +164,7 @@ fn a_still_has_cells_only_where_it_is_a_cut_and_they_were_asked_for() {
     let Some(bench) = Bench::new() else { return };
     let request =
         |refine| StillRequest { scene: small(), size: SIZE, refine, repeat: 0, time_passes: false };
-    let within = request(Refine::Error { max_error: 0.1 });
+    let within = request(Refine::Error { max_error: 0.1, of_voxels: true });
     let still = bench.engine.still_with_cells(within.clone(), &Ticket::new()).expect("a still");
     let cells = still.cells.expect("a cut");
     assert_eq!((cells.total, cells.max_error), (still.drawn.nodes, still.drawn.max_error));

@@ -48,7 +48,7 @@ fn an_error_asked_for_is_kept_and_measured_with_fewer_kernels_for_greater_ones()
     let full = draw(engine, request(Refine::Full));
     let mut kernels = Vec::new();
     for max_error in [0.1, 0.03, 0.01, 1e-9] {
-        let still = draw(engine, request(Refine::Error { max_error }));
+        let still = draw(engine, request(Refine::Error { max_error, of_voxels: true }));
         let told = still.measured_rmse.expect("it was asked for");
         let found = rmse(&wide(&still.light), &wide(&full.light)).expect("comparable");
         assert!(told <= max_error && (found - told).abs() < 1e-6, "{max_error}: {found} {told}");

@@ -8,7 +8,7 @@ use voxsplat::core::Ticket;
 use voxsplat::io::vrbf::Precision;
 use voxsplat::io::{Encoded, Format, OpenOptions, Problem, Source, open, vrbf};
 use voxsplat::rbf::{Basis, Encoding, Errors, Favour, Function, Region};
-use voxsplat::volume::{Lattice, Samples};
+use voxsplat::volume::{Component, Lattice, Samples};
 
 /// Two functions in a turned and shifted box far from the origin, as whole numbers of 16 bits.
 fn encoded(basis: Basis) -> Encoded {
@@ -40,6 +40,8 @@ fn encoded_by(basis: Basis, precision: Precision) -> Encoded {
             samples: 23,
             left_out: 1,
             fills_box: true,
+            range: Some([-2.5, 3.5]),
+            cover: None,
             wanted: Some(0.3),
             wanted_mean: None,
             wanted_bytes: None,
@@ -55,6 +57,50 @@ fn encoded_by(basis: Basis, precision: Precision) -> Encoded {
         },
         overshoot: 0.0,
     }
+}
+
+#[test]
+fn a_file_opens_with_its_sources_range_and_holds_nothing_where_that_has_no_values() {
+    // Of the first slice the last row, of the second the first column.
+    let is_there: Vec<bool> = (0..24).map(|i| if i < 12 { i >= 8 } else { i % 4 == 0 }).collect();
+    let mut of = encoded(Basis::Ellipsoid);
+    let folder = tempfile::tempdir().expect("a folder");
+    let opened = |of: &Encoded| {
+        let path = folder.path().join("a.vrbf");
+        fs::write(&path, vrbf::bytes(of).expect("finite")).expect("there is room");
+        let found = open(&path, &OpenOptions::default(), &Ticket::new()).expect("a valid file");
+        (vrbf::load(&path).expect("a valid file"), found.grid)
+    };
+    for (most, edge) in [(1000, 1), (10, 2)] {
+        of.source.cover = vrbf::Cover::of([4, 3, 2], &is_there, most);
+        let Some(cover) = &of.source.cover else { panic!("{most}") };
+        assert_eq!(cover.edge(), edge);
+        let (read, grid) = opened(&of);
+        assert_eq!(read.source, of.source);
+        let Samples::Float32(values) = &*grid.fields[0].samples else { panic!("floats") };
+        for (i, value) in values.iter().enumerate() {
+            // Of cubes of two all but those at the beginning of the first row and of what no sample is in.
+            let has = cover.has([i % 4, i / 4 % 3, i / 12]);
+            assert!(has || !is_there[i]);
+            let sum = of.encoding.value(
+                of.source
+                    .lattice
+                    .world_from_index(DVec3::from([i % 4, i / 4 % 3, i / 12].map(|n| n as f64))),
+            );
+            let is_near = (sum - f64::from(*value)).abs() < 1e-5;
+            assert!(if has { is_near } else { value.is_nan() }, "{i}: {value}");
+        }
+        let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new());
+        let statistics = volume.expect("values").statistics;
+        assert_eq!((statistics.min, statistics.nan_count), (-2.5, 0));
+        assert!(statistics.max >= 3.5 && statistics.max < 4.0, "{}", statistics.max);
+    }
+    // As files that do not tell: everywhere, and the range of what there is.
+    of.source = Source { cover: None, range: None, ..of.source };
+    let (_, grid) = opened(&of);
+    let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new());
+    let statistics = volume.expect("values").statistics;
+    assert!(statistics.min > -2.5 && statistics.finite_count == 24, "{statistics:?}");
 }
 
 /// A file of it in a folder that lives as long.
@@ -346,7 +392,7 @@ fn damage_is_refused_in_one_sentence() {
         ("another bias", altered("\"bias\":0.1", "\"bias\":9.1"), "checksum"),
         ("a smaller error", altered("\"max\":0.25", "\"max\":0.01"), "checksum"),
         ("without functions", valid[..20].to_vec(), "two lines"),
-        ("a later version", with("RBF 2", "RBF 9"), "version 1 or 2"),
+        ("a later version", with("RBF 2", "RBF 9"), "version 1 to 3"),
         ("many functions", with("\"functions\":2", "\"functions\":900000000000"), "at most"),
         ("more than there are", with("\"functions\":2", "\"functions\":3"), "of 3 functions"),
         ("no number", with("\"bias\":0.1", "\"bias\":null"), "JSON"),

@@ -68,17 +68,33 @@ fn the_same_mesh_in_five_files_is_the_same() {
 }
 
 #[test]
-fn exodus_of_either_netcdf_has_its_first_time_and_its_blocks() {
+fn exodus_of_either_netcdf_has_its_times_and_its_blocks() {
     let classic = opened(&data("mesh.ex2"));
     assert_eq!(classic.format, Format::Exodus);
     assert_eq!(cells_of(&classic), cells_of(&opened(&data("mesh4.e"))));
     let field = |name: &str| classic.grid.field(Some(name)).unwrap();
-    assert_eq!(field("vel").components, 3);
-    assert_eq!(values(field("vel"))[3..6], [1.0, 2.0, 3.0], "heat 1, and 1 and 2 more");
-    let stress = values(field("stress"));
-    assert!(stress[..2] == [1.0, 2.0] && stress[2].is_nan(), "{stress:?}");
-    assert!(classic.warnings.iter().any(|w| w.contains("2 time steps")), "{:?}", classic.warnings);
+    assert_eq!(field("vel[time=0.5]").components, 3);
+    let second = |name: &str| values(field(name))[3..6].to_vec();
+    assert_eq!(second("vel[time=0.5]"), [1.0, 2.0, 3.0], "heat 1, and 1 and 2 more");
+    assert_eq!(second("vel[time=1.5]"), [2.0, 3.0, 4.0], "twice that heat");
+    for (name, expected) in [("stress[time=0.5]", [1.0, 2.0]), ("stress[time=1.5]", [3.0, 4.0])] {
+        let stress = values(field(name));
+        assert!(stress[..2] == expected && stress[2].is_nan(), "{name}: {stress:?}");
+    }
+    let said = |words: &str| classic.warnings.iter().filter(|said| said.contains(words)).count();
+    let told = ["2 time steps: each is a field", "joined to the vectors vel", "NaN on 1 of 2"];
+    assert_eq!(told.map(said), [1; 3], "{:?}", classic.warnings);
     assert_eq!(values(field("ObjectId")), [10.0, 10.0, 20.0]);
+}
+
+#[test]
+fn lists_of_grids_say_which_files_to_open() {
+    let list = r#"<VTKFile type="Collection"><Collection><DataSet timestep="0" file="a.vtu"/></Collection></VTKFile>"#;
+    says(
+        "run.pvd",
+        list,
+        &["one grid", "a list of grids (.pvd)", "one of the files that it names"],
+    );
 }
 
 #[test]

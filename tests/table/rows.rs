@@ -101,6 +101,7 @@ impl Row {
         words.push(match rung {
             Rung::Full => "full".to_owned(),
             Rung::Octree { max_error } => format!("octree {max_error}"),
+            Rung::Bricks { max_error } => format!("bricks {max_error}"),
             Rung::Subsampled { level } => format!("subsampled {level}"),
             Rung::Cheaper(kernel) => format!("cheaper {}", kernel.name()),
             Rung::Reduced { field: SlabField::Own, shrink } => format!("reduced {shrink}"),
@@ -170,7 +171,7 @@ fn mode_names(mode: &SplatSettings) -> Vec<String> {
     if mode.backend != Backend::Auto {
         words.push(mode.backend.name().to_owned());
     }
-    let CutSettings { measure, view_dependent, balanced } = mode.cut;
+    let CutSettings { measure, view_dependent, balanced, .. } = mode.cut;
     if measure != ErrorMeasure::Classified {
         words.push(format!("by {}", measure.name()));
     }

@@ -203,6 +203,7 @@ fn gradient(request: &FrameRequest) -> Picture {
     let report = FrameReport {
         engine: EngineKind::Gpu,
         not_native: None,
+        native_loop: Some("gradients (loop)"),
         level,
         kernels: Some(voxsplat::task::engine::KernelCounts { drawn: 500, active: 500 }),
         vector_splats: (!request.scene.shows_field()).then_some(321),
@@ -219,6 +220,7 @@ fn gradient(request: &FrameRequest) -> Picture {
         next: moving.then_some(Next { is_full: true, ms: 84.0, rmse: None }),
         progress: if moving { 0.0 } else { 1.0 },
         estimated_rmse: moving.then_some(0.0282),
+        remaining_rmse: None,
         checked: (!moving).then_some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0316 }),
         refined,
         effects: match Shading::is_shown_by(&request.scene.splat) {

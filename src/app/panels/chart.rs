@@ -11,6 +11,7 @@ use super::legend::{Mark, legend_ui};
 use crate::app::measuring::{ChartPoint, front, is_of};
 use crate::app::{theme, words};
 use crate::scene::SplatSettings;
+use crate::task::remaining::WITHIN_DB;
 
 /// Room for the numbers left of and below the graph, and around it, points.
 const LEFT: f32 = 40.0;
@@ -30,6 +31,8 @@ pub struct Marks<'a> {
     pub second: Option<&'a SplatSettings>,
     /// Whether the points are of an earlier view.
     pub is_old: bool,
+    /// What the picture on screen was found to have, dB, where that is known.
+    pub picture_db: Option<f64>,
 }
 
 /// A point that was clicked.
@@ -49,7 +52,12 @@ pub fn chart_ui(
     marks: Marks<'_>,
 ) -> Option<Picked> {
     let (outer, response) = ui.allocate_exact_size(size, Sense::click());
-    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Time against error"));
+    let picture = marks.picture_db.map(|db| words::decibels_within(db, WITHIN_DB));
+    let label = match &picture {
+        Some(level) => format!("Time against error; picture on screen: {level}"),
+        None => "Time against error".to_owned(),
+    };
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, label.clone()));
     let painter = ui.painter_at(outer);
     painter.rect_filled(outer, CornerRadius::same(5), theme::WELL);
     let front = front(points);
@@ -63,6 +71,9 @@ pub fn chart_ui(
     }
     let axes = Axes::around(rect, points);
     paint_axes(&painter, axes);
+    if let Some((db, level)) = marks.picture_db.filter(|db| db.is_finite()).zip(picture) {
+        picture_ui(&painter, axes, db, &level);
+    }
     if points.is_empty() {
         let font = FontId::proportional(12.5);
         let text = "Points appear here as modes are measured";
@@ -112,6 +123,20 @@ pub fn chart_ui(
     picked
         .filter(|&index| points[index].settings.is_some())
         .map(|index| Picked { index, as_second })
+}
+
+/// The level that the picture on screen was found to have, and within what, across the graph.
+fn picture_ui(painter: &Painter, axes: Axes, db: f64, level: &str) {
+    let height = |db: f64| axes.at(1.0, db).y.clamp(axes.rect.top(), axes.rect.bottom());
+    let (low, high) = (height(db - WITHIN_DB), height(db + WITHIN_DB));
+    let band = Rect::from_x_y_ranges(axes.rect.x_range(), high..=low);
+    painter.rect_filled(band, CornerRadius::ZERO, theme::TEXT.gamma_multiply(0.08));
+    let y = height(db);
+    painter.hline(axes.rect.x_range(), y, Stroke::new(1.0, theme::TEXT.gamma_multiply(0.5)));
+    let font = FontId::proportional(11.0);
+    let at = pos2(axes.rect.right() - 6.0, y - 2.0);
+    let text = format!("picture on screen, {level}");
+    painter.text(at, Align2::RIGHT_BOTTOM, text, font, theme::TEXT_FAINT);
 }
 
 /// What of the marks there is to be explained.
@@ -282,7 +307,8 @@ pub(super) mod tests {
     /// What is painted of a chart of this size, each shape with what it is cut off at.
     fn painted(size: Vec2, points: &[ChartPoint], second: bool) -> Vec<ClippedShape> {
         let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
-        let marks = Marks { first: &exact, second: second.then_some(&classic), is_old: false };
+        let second = second.then_some(&classic);
+        let marks = Marks { first: &exact, second, is_old: false, picture_db: None };
         let ctx = Context::default();
         let pass = || {
             let input = RawInput {
@@ -367,7 +393,7 @@ pub(super) mod tests {
     #[test]
     fn the_legend_explains_what_there_is_and_nothing_else() {
         let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
-        let marks = |second| Marks { first: &exact, second, is_old: false };
+        let marks = |second| Marks { first: &exact, second, is_old: false, picture_db: None };
         let of = |settings, ms, db| ChartPoint { settings, ..point(ms, db) };
         let points = [of(Some(exact), 10.0, 40.0), of(Some(classic), 20.0, 30.0)];
         let front = front(&points);

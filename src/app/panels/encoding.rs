@@ -270,7 +270,8 @@ fn curve_ui(
     painter.add(Shape::line(points, Stroke::new(1.5, theme::ACCENT)));
     let told = match steps.last() {
         Some((count, error)) => {
-            format!("{} functions, {:.2} %", words::count(*count as u64), 100.0 * error)
+            let plural = if *count == 1 { "" } else { "s" };
+            format!("{} function{plural}, {:.2} %", words::count(*count as u64), 100.0 * error)
         }
         None => "Sorting the samples".to_owned(),
     };

@@ -93,9 +93,6 @@ pub fn splat_ui(
         );
     }
     layers_ui(ui, splat, &mut chosen);
-    if splat.kernel == Kernel::Functions {
-        functions_ui(ui, splat);
-    }
     if of_samples {
         let wide =
             |painter: &Painter, rect| pictures::extent(painter, rect, now.kernel, now.extent);
@@ -254,8 +251,11 @@ fn mesh_ui(ui: &mut Ui, now: Subdivisions, chosen: &mut ModeChoice) {
     }
 }
 
-/// What of the basis functions is left out.
-fn functions_ui(ui: &mut Ui, splat: &mut SplatSettings) {
+/// What of the basis functions is left out where these are drawn.
+pub fn limits_ui(ui: &mut Ui, splat: &mut SplatSettings) {
+    if splat.kernel != Kernel::Functions {
+        return;
+    }
     // Means of slabs are of whole functions.
     let can_limit = splat.classify != Classify::Mean;
     let limits = &mut splat.functions;
@@ -303,7 +303,7 @@ fn functions_ui(ui: &mut Ui, splat: &mut SplatSettings) {
             limits.max_rms = 0.0;
         }
     });
-    row_ui(ui, "While moving", |ui| {
+    row_ui(ui, "Quick pictures", |ui| {
         // At 0 tents stand for them.
         let mut rms = splat.quick_functions.unwrap_or_default();
         let response = error_ui(ui, ERROR_WHILE_MOVING, &mut rms).on_hover_text(

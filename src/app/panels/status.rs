@@ -150,7 +150,9 @@ fn details_ui(ui: &mut Ui, now: &Now<'_>) -> Option<EngineChoice> {
     let why = not_native
         .map_or_else(String::new, |reason| format!(": the native engine does not draw {reason}"));
     let adapter = now.adapter.unwrap_or("no engine yet");
-    told_ui(ui, "Engine", &format!("Drawn by {adapter}{why}"));
+    let own = now.shown.and_then(|shown| shown.report.native_loop);
+    let own = own.map_or_else(String::new, |name| format!(", by its loop for {name}"));
+    told_ui(ui, "Engine", &format!("Drawn by {adapter}{own}{why}"));
     let mut chosen = None;
     ui.horizontal_wrapped(|ui| {
         ui.add_space(ABOUT);

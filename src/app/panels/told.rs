@@ -6,16 +6,20 @@ use crate::accuracy::psnr_from_rmse;
 use crate::app::measuring::Measured;
 use crate::app::{modes, words};
 use crate::kernel::Kernel;
-use crate::scene::{Backend, Classify, Reconstruction, SplatSettings};
+use crate::scene::{Backend, SplatSettings, Visibility};
 use crate::task::draw::CutLevels;
 use crate::task::engine::{EngineState, FrameReport, KernelCounts};
 use crate::task::estimate::Checked;
 use crate::task::level::{LevelOfDetail, SlabField};
+use crate::task::remaining::WITHIN_DB;
 
 /// What the numbers of dB in the sentences mean.
 pub(super) const DECIBELS: &str = "dB says how near a picture is to the exact one, which slabs of no thickness would \
                                    give: the peak signal-to-noise ratio of all its colours. 6 dB more halve the \
                                    difference; at 54 dB it is half of the least step that a display can show";
+
+/// Of a finished picture, until somebody knows.
+const NOT_FOUND: &str = "Not found yet: some of its pixels are drawn with thinner slabs once nothing else is to be drawn";
 
 /// How the engine stands, the time, and what that bought, on one line: `Finished · 0.2 s · exact mode`.
 /// `rate`: pictures a second of a moving view, where that is known.
@@ -78,10 +82,15 @@ fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<St
     if let Some(rmse) = report.estimated_rmse {
         return Some(words::about_decibels(psnr_from_rmse(rmse), true));
     }
+    let found = report.remaining_rmse.map(found_words);
     match (report.level, measured) {
         (LevelOfDetail::Refined(convergence), _) if convergence.is_reached() => {
-            Some("converged".to_owned())
+            Some(found.map_or("converged".to_owned(), |found| format!("converged, {found}")))
         }
+        (LevelOfDetail::Full { .. }, Some(measured)) if measured.is_of_this_view => {
+            Some(words::decibels(measured.point.db))
+        }
+        (LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_), _) if found.is_some() => found,
         (LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_), Some(measured)) => {
             let db = measured.point.db;
             Some(match measured.is_of_this_view {
@@ -101,6 +110,11 @@ fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<St
         }
         _ => None,
     }
+}
+
+/// What the last picture of a view was found to be off by, with what that is worth: `52 ± 3 dB`.
+fn found_words(rmse: f64) -> String {
+    words::decibels_within(psnr_from_rmse(rmse), WITHIN_DB)
 }
 
 /// All there is to say of a picture: what about, and a sentence. `key` refines the view.
@@ -275,6 +289,20 @@ fn error_words(shown: &Shown) -> String {
 
 /// What a finished picture of a mode is worth.
 fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &FrameReport) -> String {
+    let is_measured_here = measured.is_some_and(|measured| measured.is_of_this_view)
+        && matches!(report.level, LevelOfDetail::Full { .. });
+    if let Some(rmse) = report.remaining_rmse.filter(|_| !is_measured_here) {
+        let found = words::capital(&found_words(rmse));
+        return match mode.visibility {
+            Visibility::Slabs => format!(
+                "{found} to the converged picture of this mode: found by drawing some of its pixels with twice and \
+                 four times the slabs"
+            ),
+            _ => format!(
+                "{found} to the exact mode's converged picture: found at some of its pixels"
+            ),
+        };
+    }
     if let Some(Measured { point, is_of_this_view }) = measured {
         let numbers = number_words(point);
         if !is_of_this_view {
@@ -288,21 +316,7 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
             words::decibels(point.db)
         );
     }
-    if let Some(effect) = report.effects.first().map(|effect| effect.name()) {
-        return format!(
-            "Not measured with {effect}: what a mode is usually off by is known of plain pictures. The accuracy \
-             panel (key A) measures it"
-        );
-    }
-    if modes::is_exact(mode) {
-        // Measured at one slab a voxel on aneurism (42 at 3000 pixels), bonsai (66), LIDC2, a made
-        // head and Marschner-Lobb 64³; two slabs of aneurism have 61, four 83.
-        return "Usually 40 to 66 dB in the exact mode: fine detail may have less, smooth matter far more. The \
-                accuracy panel (key A) measures it"
-            .to_owned();
-    }
-    let (low, high) = typical_db(mode);
-    format!("Usually {low} to {high} dB in this mode. The accuracy panel (key A) measures it")
+    NOT_FOUND.to_owned()
 }
 
 /// A greatest difference, 1 being white, rounded up to one digit: `0.08 %`.
@@ -330,19 +344,6 @@ fn left_words(report: &FrameReport, key: &str) -> Option<String> {
              window allows itself: press {key} to do it for this view"
         )
     })
-}
-
-/// How far full pictures of a mode are from the exact one, dB: the least and the greatest over two
-/// analytic fields at one and two planes a voxel (docs/reproductions.md), three scans, a made head and
-/// Marschner-Lobb 64³ at one.
-fn typical_db(mode: &SplatSettings) -> (u32, u32) {
-    match (mode.classify, mode.reconstruction) {
-        (Classify::Before, _) => (26, 44),
-        (Classify::After | Classify::Mean, Reconstruction::Smooth) => (25, 71),
-        (Classify::After | Classify::Mean, Reconstruction::Interpolating) => (29, 71),
-        (Classify::PreIntegrated, Reconstruction::Smooth) => (25, 71),
-        (Classify::PreIntegrated, Reconstruction::Interpolating) => (29, 80),
-    }
 }
 
 /// Kernels drawn of active of total, and by what.
@@ -465,20 +466,34 @@ mod tests {
         assert!(error_words(&estimated).starts_with("About 31 dB, estimated"));
         assert_eq!(at_rest(&estimated), "Drawing · 28 ms · about 31 dB");
         let exact = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
-        assert!(error_words(&exact).starts_with("Usually 40 to 66 dB in the exact mode"));
+        assert!(error_words(&exact).starts_with("Not found yet"));
         assert_eq!(at_rest(&exact), "Finished · 28 ms · exact mode");
         let classic = shown(LevelOfDetail::FULL, SplatSettings::SHADE_FIRST);
-        assert!(error_words(&classic).starts_with("Usually 26 to 44 dB in this mode"));
+        assert!(error_words(&classic).starts_with("Not found yet"));
+        let with_rmse = |shown: &Shown, rmse| {
+            let report = FrameReport { remaining_rmse: Some(rmse), ..shown.report.clone() };
+            Shown { report, ..shown.clone() }
+        };
+        let found = with_rmse(&exact, 0.0025);
+        assert_eq!(at_rest(&found), "Finished · 28 ms · 52 ± 3 dB");
+        assert!(error_words(&found).starts_with("52 ± 3 dB to the converged picture of this mode"));
+        assert_eq!(at_rest(&with_rmse(&exact, 0.0)), "Finished · 28 ms · more than 99 dB");
+        let words = error_words(&with_rmse(&classic, 0.025));
+        assert!(words.starts_with("32 ± 3 dB to the exact mode's converged picture"), "{words}");
         assert_eq!(at_rest(&classic), "Finished · 28 ms · approximate mode");
         let found = measured("classic", 31.94, SplatSettings::SHADE_FIRST);
         let here = Shown { measured: Some(found.clone()), ..classic.clone() };
         assert!(error_words(&here).starts_with("31.9 dB, measured against the exact picture"));
         assert!(error_words(&here).contains("that long; this one took 28 ms in short pieces"));
         assert_eq!(at_rest(&here), "Finished · 28 ms · 31.9 dB");
+        // By a sweep of this view, which is surer.
+        assert_eq!(at_rest(&with_rmse(&here, 0.02)), "Finished · 28 ms · 31.9 dB");
+        assert!(error_words(&with_rmse(&here, 0.02)).starts_with("31.9 dB, measured"));
         let found = Measured { is_of_this_view: false, ..found };
         let elsewhere = Shown { measured: Some(found), ..classic };
         assert!(error_words(&elsewhere).starts_with("About 31.9 dB: measured in another view"));
         assert_eq!(at_rest(&elsewhere), "Finished · 28 ms · about 31.9 dB");
+        assert_eq!(at_rest(&with_rmse(&elsewhere, 0.02)), "Finished · 28 ms · 34 ± 3 dB");
         let bodies = Shown { has_splats: false, ..exact };
         assert_eq!(at_rest(&bodies), "Finished · 28 ms");
         assert!(error_words(&bodies).starts_with("Nothing of the field is on it"));
@@ -508,8 +523,12 @@ mod tests {
         assert!(words.contains("it counts as converged"), "{words}");
         assert_eq!(left_words(&converged.report, "R"), None);
         assert_eq!(at_rest(&converged), "Finished · 28 ms · converged");
+        let mut found = converged;
+        found.report.remaining_rmse = Some(1e-4);
+        assert_eq!(at_rest(&found), "Finished · 28 ms · converged, 80 ± 3 dB");
+        assert!(error_words(&found).contains("(0.2 %). 80 ± 3 dB to the converged picture"));
         let full = with(None, 12_300.0, 1.0);
-        assert!(error_words(&full).starts_with("Usually 40 to 66 dB"));
+        assert!(error_words(&full).starts_with("Not found yet"));
         let left = left_words(&full.report, "R").unwrap();
         assert!(left.contains("would take about 12 s") && left.contains("press R"), "{left}");
         let on_the_way = with(Some(0.3), 800.0, 0.7);

@@ -1,6 +1,6 @@
 //! How the view is drawn: background, projection, and what moving may cost.
 
-use eframe::egui::{ComboBox, IntoAtoms, Slider, Ui};
+use eframe::egui::{ComboBox, IntoAtoms, Label, RichText, Slider, Ui};
 
 use super::{row_ui, slider_ui};
 use crate::app::actions::{Action, entry_of};
@@ -11,8 +11,10 @@ use crate::app::modes;
 use crate::app::settings::{
     BUDGET_MS, BudgetPreset, LADDERS, Settings, VIEW_ANGLE_DEG, ladder_label,
 };
+use crate::app::theme;
 use crate::core::{Projection, Srgb8};
-use crate::scene::{Annotation, Orientation, Scene, UpAxis};
+use crate::scene::{Annotation, Moving, Orientation, Scene, UpAxis};
+use crate::task::cuts::why_no_cut_of;
 
 /// Background, projection, frame budget, the switches of refinement, and what lies over the picture.
 /// `space` is what the file calls its own. `left_out`: annotations that the view has no room for.
@@ -27,6 +29,7 @@ pub fn view_ui(
     projection_ui(ui, scene, settings);
     up_ui(ui, scene, space);
     turning_ui(ui, scene, space, settings);
+    moving_ui(ui, scene);
     refinement_ui(ui, settings);
     row_ui(ui, "Annotations", |ui| switches_ui(ui, &mut settings.annotations, left_out));
     // The octree is of samples, and would be taken for the cells of a mesh.
@@ -170,6 +173,50 @@ fn preset_words(preset: BudgetPreset) -> (&'static str, &'static str) {
             "Full",
             "Up to full quality whenever the hand pauses; while it moves on, quick pictures",
         ),
+    }
+}
+
+/// What a choice of what is drawn while the view moves is called, and what it means.
+fn moving_words(moving: Moving) -> (&'static str, &'static str) {
+    match moving {
+        Moving::Octree => (
+            "Octree cut",
+            "The field itself, but bricks that look alike are drawn from means of 2³ or 4³ samples, in slabs as thick as \
+             these: the time saved goes to more pixels. The octree cells (key G) show which",
+        ),
+        Moving::Subsampled => (
+            "Fewer pixels",
+            "All samples of the field, in as many pixels as the time allows, enlarged: blurred, and nothing else",
+        ),
+        Moving::Auto => (
+            "Whichever is nearer",
+            "A cut of the octree or fewer pixels, whichever is thought to lose less for the time that a picture may \
+             take: mostly the cut",
+        ),
+    }
+}
+
+/// What is drawn while the view moves.
+fn moving_ui(ui: &mut Ui, scene: &mut Scene) {
+    let moving = &mut scene.splat.cut.moving;
+    row_ui(ui, "Moving picture", |ui| {
+        let combo = ComboBox::from_id_salt("moving picture").selected_text(moving_words(*moving).0);
+        let shown = combo.show_ui(ui, |ui| {
+            for choice in Moving::ALL {
+                let (label, help) = moving_words(choice);
+                ui.selectable_value(moving, choice, label).on_hover_text(help);
+            }
+        });
+        shown.response.accessible_name("Moving picture").on_hover_text(
+            "What quick pictures leave out of the field while the view moves: detail where it matters least, or pixels. \
+             The finished picture does not depend on it",
+        );
+    });
+    if *moving == Moving::Octree
+        && let Some(why) = why_no_cut_of(scene)
+    {
+        let told = RichText::new(format!("Fewer pixels here: {why}")).size(12.0);
+        row_ui(ui, "", |ui| ui.add(Label::new(told.color(theme::TEXT_FAINT)).wrap()));
     }
 }
 

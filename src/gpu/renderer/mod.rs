@@ -256,6 +256,11 @@ impl Renderer {
         self.slabs[which as usize].holds(volume, settings)
     }
 
+    /// Whether light that falls on the border of cells (`Shading::lights_borders`) finds what it takes for their growths.
+    pub fn is_field_lit(&self, which: SlabField) -> bool {
+        self.slabs[which as usize].is_lit()
+    }
+
     /// Whether a field that was set has got its table since.
     pub fn holds_slab_table(&self, which: SlabField) -> bool {
         self.slabs[which as usize].holds_table()
@@ -275,6 +280,32 @@ impl Renderer {
         which: SlabField,
         volume: &Arc<ScalarVolume>,
         settings: &SplatSettings,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        self.set_field_for(which, volume, (settings, false), coefficients, ticket)
+    }
+
+    /// The same with what light that falls on the border of cells takes for their growths.
+    ///
+    /// # Errors
+    /// Too large, cancelled, or a failing device.
+    pub fn set_lit_field(
+        &mut self,
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        settings: &SplatSettings,
+        coefficients: Coefficients,
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        self.set_field_for(which, volume, (settings, true), coefficients, ticket)
+    }
+
+    fn set_field_for(
+        &mut self,
+        which: SlabField,
+        volume: &Arc<ScalarVolume>,
+        settings: (&SplatSettings, bool),
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<(), GpuError> {
@@ -308,11 +339,6 @@ impl Renderer {
         self.levels.as_ref().is_some_and(|levels| levels.are_of(volume))
     }
 
-    /// Lets go of them.
-    pub fn clear_levels(&mut self) {
-        self.levels = None;
-    }
-
     /// Whether cuts of a field that was set can be drawn.
     pub fn takes_cuts(&self, which: SlabField) -> bool {
         self.slabs[which as usize].takes_cuts()
@@ -321,6 +347,11 @@ impl Renderer {
     /// Bricks of a cut along each axis of the scene's own field, and those in which anything may show.
     pub fn shown_bricks(&self) -> Option<([usize; 3], Vec<u32>)> {
         self.slabs[SlabField::Own as usize].shown_bricks()
+    }
+
+    /// Those in which the scene's own field may have any of some values, as isosurfaces do.
+    pub fn passed_bricks(&self, levels: &[f64]) -> Vec<u32> {
+        self.slabs[SlabField::Own as usize].passed_bricks(levels)
     }
 
     /// Sets the classification of a field that was set, for steps of up to `reach` voxels between

@@ -10,7 +10,7 @@ use self::elements::Element;
 use super::super::error::{Problem, header, quoted, unsupported};
 use super::super::unstructured::{self, Part};
 use super::super::{Format, Opened, bytes};
-use super::{damaged, panicked, scalar_type};
+use super::{MOST_FIELDS, damaged, panicked, scalar_type};
 use crate::cells::Listing;
 use crate::core::memory;
 use crate::core::panics::caught;
@@ -60,14 +60,34 @@ pub(super) fn read(
     if steps > 0 {
         let values = [("num_nod_var", nodes), ("num_elem_var", elements)];
         let numbers = values.map(|(of, count)| reader.dimension(of).saturating_mul(count));
-        let needed = numbers.into_iter().fold(0, u64::saturating_add).saturating_mul(24);
-        memory::require("the variables of the first time step", needed, free_bytes)?;
-        fields.extend(reader.nodal(nodes, &mut warnings)?);
-        fields.extend(reader.of_elements(&blocks, &mut warnings)?);
-    }
-    if steps > 1 {
-        let time = reader.first_time().map(|time| format!(", of time {time}")).unwrap_or_default();
-        warnings.push(format!("the file has {steps} time steps: the first{time} is opened"));
+        let numbers = numbers.into_iter().fold(0, u64::saturating_add);
+        let variables = values.into_iter().map(|(of, _)| reader.dimension(of));
+        let variables = variables.fold(0, u64::saturating_add).saturating_mul(steps);
+        // As they are kept, and as one step of them is read.
+        let needed =
+            |steps: u64| numbers.saturating_mul(steps.saturating_mul(8).saturating_add(16));
+        let is_room = variables <= MOST_FIELDS as u64 && needed(steps) <= free_bytes;
+        let opened = if is_room { steps } else { 1 };
+        memory::require("the variables of the first time step", needed(opened), free_bytes)?;
+        let told = reader.told(steps);
+        for step in 0..opened {
+            // What is said of one is true of all.
+            let (mut rest, first) = (Vec::new(), &mut warnings);
+            let said = if step == 0 { first } else { &mut rest };
+            let mut own = reader.nodal((nodes, step), said)?;
+            own.extend(reader.of_elements((&blocks, step), said)?);
+            if let Some(told) = told.get(step as usize) {
+                own.iter_mut().for_each(|field| field.name.push_str(told));
+            }
+            fields.extend(own);
+        }
+        if steps > 1 {
+            let what = match opened == steps {
+                true => ": each is a field of its own",
+                false => ", more than there is room for: the first is opened",
+            };
+            warnings.push(format!("the file has {steps} time steps{what}"));
+        }
     }
     fields.extend(reader.ids(&blocks));
     let grid = unstructured::grid(Part { listing, fields }, &[], free_bytes, &mut warnings)?;
@@ -268,15 +288,19 @@ impl Reader<'_> {
         Ok(names.iter().map(|name| name.trim_matches(['\0', ' ']).to_owned()).collect())
     }
 
-    /// Variables on the nodes, of the first time.
-    fn nodal(&self, nodes: u64, warnings: &mut Vec<String>) -> Result<Vec<Field>, Problem> {
+    /// Variables on the nodes, of a time step.
+    fn nodal(
+        &self,
+        (nodes, step): (u64, u64),
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<Field>, Problem> {
         let count = usize::try_from(nodes).unwrap_or(usize::MAX);
         let mut found = Vec::new();
         for (index, name) in self.names("name_nod_var")?.into_iter().enumerate() {
             let own = format!("vals_nod_var{}", index + 1);
             let samples = match (self.variable(&own), self.variable("vals_nod_var")) {
-                (Some(own), _) => self.counted(own, &[0], count)?,
-                (None, Some(all)) => self.counted(all, &[0, index as u64], count)?,
+                (Some(own), _) => self.counted(own, &[step], count)?,
+                (None, Some(all)) => self.counted(all, &[step, index as u64], count)?,
                 (None, None) => continue,
             };
             found.push((name, samples));
@@ -284,10 +308,10 @@ impl Reader<'_> {
         Ok(self.fields(found, Association::Point, warnings))
     }
 
-    /// Variables on the elements, of the first time; NaN on blocks that have none.
+    /// Variables on the elements, of a time step; NaN on blocks that have none.
     fn of_elements(
         &self,
-        blocks: &[Block],
+        (blocks, step): (&[Block], u64),
         warnings: &mut Vec<String>,
     ) -> Result<Vec<Field>, Problem> {
         let all = blocks.iter().map(|block| block.elements).sum::<usize>();
@@ -304,7 +328,7 @@ impl Reader<'_> {
             for block in blocks {
                 match of_block(block) {
                     Some(variable) => {
-                        let own = self.counted(variable, &[0], block.elements)?;
+                        let own = self.counted(variable, &[step], block.elements)?;
                         values.extend((0..own.len()).map(|at| own.get(at)));
                     }
                     None => {
@@ -377,9 +401,20 @@ impl Reader<'_> {
             .then(|| unstructured::field_of("ObjectId", (1, Association::Cell), samples))
     }
 
-    fn first_time(&self) -> Option<f64> {
-        let times = self.numbers(self.variable("time_whole")?, &[]).ok()?;
-        (!times.is_empty()).then(|| times.get(0))
+    /// What stands behind the names of variables for their time steps, where there are several: times, or numbers from 0
+    /// where some are alike, or not told.
+    fn told(&self, steps: u64) -> Vec<String> {
+        if steps < 2 {
+            return Vec::new();
+        }
+        let times = self.variable("time_whole").and_then(|times| self.numbers(times, &[]).ok());
+        let times: Vec<f64> =
+            times.map_or(Vec::new(), |times| (0..times.len()).map(|at| times.get(at)).collect());
+        let are_apart = times.windows(2).all(|pair| pair[0] < pair[1]);
+        match are_apart && times.len() as u64 == steps {
+            true => times.iter().map(|time| format!("[time={time}]")).collect(),
+            false => (0..steps.min(MOST_FIELDS as u64)).map(|at| format!("[step={at}]")).collect(),
+        }
     }
 }
 

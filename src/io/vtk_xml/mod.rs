@@ -44,6 +44,11 @@ pub(super) fn format_of(kind: &str) -> Result<Format, Problem> {
         Some(Kind::Unstructured) => Ok(Format::Vtu),
         Some(Kind::PolyData) => Ok(Format::Vtp),
         Some(Kind::Parallel) => Ok(if kind == "PPolyData" { Format::Vtp } else { Format::Vtu }),
+        None if kind == "Collection" => Err(unsupported(
+            "one grid of VTK's XML",
+            "a list of grids (.pvd)",
+            "open one of the files that it names",
+        )),
         None => Err(unsupported(
             "VTK XML of type \"ImageData\", \"RectilinearGrid\", \"StructuredGrid\", \"UnstructuredGrid\" or \"PolyData\"",
             quoted(kind),

@@ -100,12 +100,50 @@ pub struct CutSettings {
     pub view_dependent: bool,
     /// Whether nodes that share a face differ by at most one level.
     pub balanced: bool,
+    /// What quick pictures of a reconstructed field are of.
+    #[serde(default, skip_serializing_if = "Moving::is_auto")]
+    pub moving: Moving,
 }
 
 impl CutSettings {
     /// Of classified voxels, everywhere alike, not balanced.
-    pub const UNIFORM: Self =
-        Self { measure: ErrorMeasure::Classified, view_dependent: false, balanced: false };
+    pub const UNIFORM: Self = Self {
+        measure: ErrorMeasure::Classified,
+        view_dependent: false,
+        balanced: false,
+        moving: Moving::Auto,
+    };
+
+    /// Whether a kind of octree of classified voxels was chosen, which cuts of a field know nothing of.
+    pub fn are_of_voxels(&self) -> bool {
+        Self { moving: Moving::Auto, ..*self } != Self::UNIFORM
+    }
+}
+
+/// What a picture within a time shows of a reconstructed field, as while the view moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Moving {
+    /// A cut of it, wherever there is one: bricks that look alike are drawn from means of their samples, and the time saved
+    /// goes to more pixels.
+    Octree,
+    /// All of its samples, in as many pixels as the time allows.
+    Subsampled,
+    /// Whichever of both is thought to be nearer to the finished picture.
+    #[default]
+    Auto,
+}
+
+names!(Moving[3] {
+    Octree => "octree",
+    Subsampled => "subsampled",
+    Auto => "auto",
+});
+
+impl Moving {
+    fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
 }
 
 impl Default for CutSettings {

@@ -15,10 +15,6 @@ use crate::volume::ScalarVolume;
 /// Most cells that are handed out, the largest first: their edges are painted in every pass.
 pub const MOST_CELLS: usize = 20_000;
 
-/// Cells that a cut may have to be found for the window, about: it cannot be stopped, and a hand may
-/// begin to move meanwhile.
-const MOST_IN_CUT: u64 = 1_000_000;
-
 /// The cells of one cut of a view at rest.
 #[derive(Debug, Clone)]
 pub struct CellsRequest {
@@ -89,8 +85,7 @@ impl Worker {
             }
         };
         let Some(CellsRequest { scene, size, max_error }) = request else { return };
-        let least = source.pyramid.error_for_count(MOST_IN_CUT);
-        let cells = source.cells(&scene, size, max_error.max(least), MOST_CELLS);
+        let cells = source.cells(&scene, size, max_error, MOST_CELLS);
         let Some(volume) = scene.volume().map(Arc::clone) else { return };
         let asked_error = max_error;
         self.publish_cells(FoundCells { volume, cells, asked_error, is_drawn: false });

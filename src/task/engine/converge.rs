@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::remaining::LastOfView;
 use super::rungs::Manner;
 use super::worker::Worker;
 use super::{FrameRequest, Refined};
@@ -109,16 +110,22 @@ impl Doublings {
 
 impl Worker {
     /// Doubles the slabs of the `full` on the device, which is a share `full_share` of the whole
-    /// way; publishes each picture once it is whole.
+    /// way; publishes each picture once it is whole. The last of them, if any was drawn.
     pub(super) fn converge(
         &mut self,
         request: &FrameRequest,
         mut doublings: Doublings,
         full_share: f64,
-    ) -> Result<(), DrawError> {
+    ) -> Result<Option<LastOfView>, DrawError> {
         if !doublings.goes_on() {
-            return Ok(());
+            return Ok(None);
         }
+        if !self.holds_finished {
+            // Another was drawn since, beside it.
+            let manner = Manner::InPieces { show_partial: false, before: 0.0, after: full_share };
+            self.drawn(request, Rung::Full, manner)?;
+        }
+        let mut last = None;
         let mut coarser = self.device()?.engines.read_light()?;
         let finished = self.finished.as_ref().map(|(_, full)| full);
         let checked = finished.and_then(|full| full.report.checked);
@@ -150,9 +157,11 @@ impl Worker {
             picture.report.backend = backend;
             picture.report.refined = Some(doublings.report());
             picture.report.checked = checked;
-            self.publish(Arc::new(picture));
+            let picture = Arc::new(picture);
+            self.publish(Arc::clone(&picture));
+            last = Some(LastOfView { request: finer, picture });
         }
-        Ok(())
+        Ok(last)
     }
 }
 

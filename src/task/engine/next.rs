@@ -83,7 +83,10 @@ impl Worker {
                     Some(Next { is_full: false, ms: budget_ms, rmse })
                 }
             },
-            Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_) => None,
+            Rung::Octree { .. }
+            | Rung::Bricks { .. }
+            | Rung::Subsampled { .. }
+            | Rung::Cheaper(_) => None,
         }
     }
 

@@ -39,6 +39,16 @@ const WHOLE_PIECE_MS: f64 = 100.0;
 /// What can be drawn five times a second (Laur–Hanrahan, figure 6): a budget beyond it is a pause of
 /// the hand, before which and after every movement there is a picture of this budget.
 const QUICK_MS: f64 = 200.0;
+/// Cuts of a field come before a `full` that takes longer than this,
+const CUTS_WORTH_MS: f64 = 200.0;
+/// the last of them in this share of its time,
+const CUT_SHARE: f64 = 0.2;
+/// each of the others in a quarter of the next one's,
+const CUT_STEP: f64 = 4.0;
+/// and none in less than this: a moving hand has seen what that allows.
+const LEAST_CUT_MS: f64 = 40.0;
+/// And none that is not thought to be off by this share at most of what the one before it is.
+const NEARER: f64 = 0.8;
 /// A rung that is not so many times sharper than what is on the screen is left out.
 const WORTH_SHARPENING: f64 = 1.5;
 
@@ -71,7 +81,7 @@ impl Worker {
                     let again = Arc::new(again);
                     self.finished = Some((request.clone(), Arc::clone(&again)));
                     self.publish(again);
-                    return Ok(());
+                    return self.tell_remaining_of_full();
                 }
                 // A moving hand has seen it, or it was drawn before a still interrupted.
                 let seen = self.preview_of(request).is_some();
@@ -115,10 +125,12 @@ impl Worker {
                         break;
                     }
                 }
-                match doublings(request, full_ms) {
-                    Some(doublings) => self.converge(request, doublings, share),
-                    None => Ok(()),
+                if let Some(doublings) = doublings(request, full_ms)
+                    && let Some(last) = self.converge(request, doublings, share)?
+                {
+                    return self.tell_remaining(last);
                 }
+                self.tell_remaining_of_full()
             }
         }
     }
@@ -232,6 +244,7 @@ impl Worker {
                     shares.iter().copied().filter_map(within).map(rung).collect()
                 };
                 budgeted(full_ms).unwrap_or_else(|| match full_ms {
+                    _ if drawer.has_cuts(plan) => nearer(drawer, plan, &cut_budgets(full_ms)),
                     quick if quick < MIDDLE_WORTH_MS => Vec::new(),
                     slow if slow < SEVERAL_WORTH_MS => reduced(&[MIDDLE_SHARE]),
                     _ => reduced(&[FIRST_SHARE, MIDDLE_SHARE]),
@@ -352,7 +365,7 @@ impl Worker {
         let (learnt, plan) = (drawer.costs, request.plan());
         drawer.keeps_cut = self.wants_cut_of(request);
         let in_own_mode = match rung {
-            Rung::Full | Rung::Reduced { .. } => true,
+            Rung::Full | Rung::Reduced { .. } | Rung::Bricks { .. } => true,
             Rung::Coarse { budget_ms } => drawer.reduction(&plan, budget_ms).is_some(),
             _ => false,
         };
@@ -373,6 +386,8 @@ impl Worker {
             }
         };
         let drawn = drawer.draw(&plan, rung, &mut watch);
+        let is_whole = |drawn: &Drawn| rung == Rung::Full || drawn.is_whole(request.size);
+        self.holds_finished = drawn.as_ref().is_ok_and(is_whole);
         if matches!((rung, manner), (Rung::Coarse { .. }, Manner::InPieces { .. })) {
             // A picture that may take far longer has other prices than those the hand needs.
             drawer.costs = learnt;
@@ -394,12 +409,14 @@ impl Worker {
         let (held, engine) = (drawer.engines.held(), drawer.engines.drew());
         let name = drawer.engines.name();
         let not_native = drawer.engines.why_not_native(&request.plan());
+        let native_loop = drawer.engines.native_loop();
         #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
         let level = (level, progress as f32);
         let mut picture =
             picture((&request.scene, request.size), level, drawn, rgba, drawer.active_count());
         picture.report.held = Some(held);
         (picture.report.engine, picture.report.not_native) = (engine, not_native);
+        picture.report.native_loop = native_loop;
         picture.report.octree = self.device()?.octree_builder();
         self.shared.lock().adapter_name = Some(name);
         Ok(picture)
@@ -479,7 +496,7 @@ fn note_refined(request: &FrameRequest, full: &mut Picture) {
     full.report.refined = doublings(request, full_ms).map(|doublings| doublings.report());
 }
 
-fn no_device() -> DrawError {
+pub(super) fn no_device() -> DrawError {
     GpuError::Device("no device".to_owned()).into()
 }
 
@@ -525,6 +542,34 @@ pub(super) fn picture(
     Picture { size: drawn.size, requested_size: size, rgba, report }
 }
 
+/// Milliseconds of the cuts of a field before a `full` of so many, the quickest first.
+fn cut_budgets(full_ms: f64) -> Vec<f64> {
+    if full_ms <= CUTS_WORTH_MS {
+        return Vec::new();
+    }
+    let from_last = std::iter::successors(Some(full_ms * CUT_SHARE), |ms| Some(ms / CUT_STEP));
+    let mut budgets: Vec<f64> = from_last.take_while(|ms| *ms >= LEAST_CUT_MS).collect();
+    budgets.reverse();
+    budgets
+}
+
+/// The rungs of some budgets, without those that are not thought to be nearer to `full` than the one before, the first of
+/// them than what was drawn last.
+fn nearer(drawer: &Drawer, plan: &Plan, budgets: &[f64]) -> Vec<Rung> {
+    let rmse = |of: Reduction| drawer.thought_rmse(plan, &of);
+    let mut last = drawer.last_reduction.map_or(f64::INFINITY, rmse);
+    let is_nearer = |&budget_ms: &f64| {
+        let thought = drawer.reduction(plan, budget_ms).map_or(f64::INFINITY, rmse);
+        let is_nearer = thought < NEARER * last;
+        if is_nearer {
+            last = thought;
+        }
+        is_nearer
+    };
+    let budgets = budgets.iter().copied().filter(is_nearer);
+    budgets.map(|budget_ms| Rung::Coarse { budget_ms }).collect()
+}
+
 /// Whether a rung shows more than a picture in the scene's own mode that is so many times smaller than
 /// shown.
 pub(super) fn is_worth_it(rung: Rung, sharpness: f64) -> bool {
@@ -563,7 +608,7 @@ pub(super) enum Manner {
 }
 
 /// Announces a rung's progress, and stops it when something newer came.
-struct Watch<'a> {
+pub(super) struct Watch<'a> {
     worker: &'a Worker,
     request: &'a FrameRequest,
     manner: Manner,
@@ -576,7 +621,12 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(worker: &'a Worker, request: &'a FrameRequest, manner: Manner, drawer: &Drawer) -> Self {
+    pub(super) fn new(
+        worker: &'a Worker,
+        request: &'a FrameRequest,
+        manner: Manner,
+        drawer: &Drawer,
+    ) -> Self {
         let start = Instant::now();
         Self {
             worker,
@@ -641,5 +691,20 @@ impl Observer for Watch<'_> {
             self.last_partial = Instant::now();
         }
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cuts_before_a_finished_picture_take_a_fifth_of_its_time_and_a_quarter_of_each_other() {
+        assert_eq!(cut_budgets(200.0), [0.0; 0], "it is there at once");
+        assert_eq!(cut_budgets(250.0), [50.0]);
+        assert_eq!(cut_budgets(800.0), [40.0, 160.0]);
+        assert_eq!(cut_budgets(4000.0), [50.0, 200.0, 800.0]);
+        let spent: f64 = cut_budgets(1e6).iter().sum();
+        assert!(spent < 0.27 * 1e6, "they put off the finished picture by {spent}");
     }
 }

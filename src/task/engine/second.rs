@@ -89,6 +89,7 @@ impl Worker {
         let plan = Plan::of(scene, *size);
         self.device()?;
         let Some(mut drawer) = self.drawer.take() else { return Ok(()) };
+        self.holds_finished = false;
         let mut aside = Aside(self);
         let prepared = drawer.prepare_watched(&plan, &Ticket::new(), &mut aside);
         let drawn = prepared.and_then(|()| drawer.draw(&plan, Rung::Full, &mut aside));

@@ -35,6 +35,8 @@ pub(super) struct Worker {
     /// The `full` that was published last, and what asked for it; `None` once something coarse was
     /// drawn.
     pub(super) finished: Option<(FrameRequest, Arc<Picture>)>,
+    /// Whether the picture that is on the device is that, or one of more slabs after it.
+    pub(super) holds_finished: bool,
     pub(super) estimator: Estimator,
     /// The last `full`: what comes after a coarse picture is judged by it.
     pub(super) last_full: Option<LastDrawn>,
@@ -60,6 +62,7 @@ impl Worker {
             last: None,
             coarse: Vec::new(),
             finished: None,
+            holds_finished: false,
             estimator: Estimator::default(),
             last_full: None,
             last_reduced: None,
@@ -130,6 +133,7 @@ impl Worker {
 
     fn still(&mut self, posted: &PostedStill) -> Result<Still, StillError> {
         let PostedStill { request, keeps_cells, ticket, .. } = posted;
+        self.holds_finished = false;
         let mut tries = 0;
         loop {
             let result = self
@@ -166,7 +170,7 @@ impl Worker {
     }
 
     pub(super) fn drop_device(&mut self) {
-        self.drawer = None;
+        (self.drawer, self.holds_finished) = (None, false);
     }
 
     /// Says why there is no picture. A refusal leaves the device as it is.

@@ -137,8 +137,11 @@ impl Grid {
         }
         let own = || (0..values.len()).into_par_iter().map(|i| values.get(i)).collect::<Vec<_>>();
         if let Some(cells) = self.cells()? {
-            // Numbers, and what is known of each solid.
-            let needed = 8 * values.len() as u64 + 64 * cells.solids().len() as u64;
+            // Numbers, what is known of each solid, and the faces among which the outer ones are sought; light, which may be
+            // asked for later, takes growths of each point in double and in single precision.
+            let faces: usize = cells.solids().iter().map(|solid| solid.kind().faces().len()).sum();
+            let of_cells = 64 * cells.solids().len() as u64 + 48 * faces as u64;
+            let needed = 8 * values.len() as u64 + of_cells + 40 * cells.points().len() as u64;
             memory::require("the values of the cells", needed, memory::free_bytes())?;
             let on = match field.association {
                 Association::Point => On::Points,
@@ -216,6 +219,53 @@ impl Grid {
             }
             _ => self.lattice_of(field),
         }
+    }
+
+    /// Whether the source has values at each sample of that lattice: within cells whose corners have some, about points, at
+    /// samples that are finite. `values` are one number of each of the field's samples.
+    ///
+    /// # Errors
+    /// Too little memory, or cancelled.
+    pub fn has_values(
+        &self,
+        (field, values): (&Field, &Samples),
+        lattice: &Lattice,
+        ticket: &Ticket,
+    ) -> Result<Vec<bool>, VolumeError> {
+        let own = || (0..values.len()).into_par_iter().map(|i| values.get(i)).collect::<Vec<_>>();
+        let is_flat = self.lattice.dims.contains(&1);
+        let is_there = |found: &Samples| {
+            (0..found.len()).into_par_iter().map(|i| found.get(i).is_finite()).collect()
+        };
+        let found = match &self.shape {
+            Shape::Affine => return Ok(is_there(values)),
+            // What has no depth is met by few places between its samples, and may be all of them.
+            Shape::Curvilinear(_) if is_flat => return Ok(vec![true; lattice.len()]),
+            Shape::Rectilinear(_) => {
+                let (shape, _) = self.shape_of(field.association);
+                samples(values, &shape, lattice, ticket)?
+            }
+            Shape::Curvilinear(_) | Shape::Unstructured(_) => match self.cells()? {
+                Some(cells) => {
+                    let on = match field.association {
+                        Association::Point => On::Points,
+                        Association::Cell => On::Cells,
+                    };
+                    let field = CellField::new(cells, on, own());
+                    Fill::Cells(&field).samples(lattice, false, ticket)?
+                }
+                None => {
+                    let places = self.places(field.association);
+                    let all = own().into_iter().enumerate().map(|(i, v)| (places.at(i).0, v));
+                    let Some(points) = Scattered::new(all.collect()) else {
+                        return Ok(vec![false; lattice.len()]);
+                    };
+                    let ellipsoids = points.ellipsoids(ticket)?;
+                    Fill::Ellipsoids(&ellipsoids).samples(lattice, false, ticket)?
+                }
+            },
+        };
+        Ok(is_there(&found))
     }
 
     /// The most samples that [`Grid::lattice_of_functions`] has of so many points: eight for each of up to eight solids a point,
