@@ -265,7 +265,8 @@ fn both_engines_draw_the_cut_that_the_reference_does() {
         ("from within", within, FLOORS),
         ("clipped", clipped, FLOORS),
         ("sliced", sliced, FLOORS),
-        ("with an isosurface", passed, FLOORS),
+        // A single pixel of it that is missed makes 48 dB.
+        ("with an isosurface", passed, [70.0, 45.0]),
         ("beside polygons", among, FLOORS),
         ("in thick slabs", thick, FLOORS),
         ("of tents", tents, FLOORS),
@@ -294,7 +295,8 @@ fn both_engines_draw_the_cut_that_the_reference_does() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-const FLOORS: [f64; 2] = [50.0, 25.0];
+/// Measured: 66 dB and more, mostly 80, and 25 and more.
+const FLOORS: [f64; 2] = [60.0, 24.0];
 
 /// Where bindings are so small that a field has two or three, which leaves one for the means; and smaller still.
 #[test]
@@ -435,7 +437,8 @@ fn still(engine: &Engine, scene: &Scene, refine: Refine) -> Still {
 /// scene.
 #[test]
 fn a_still_within_an_error_is_a_cut_of_the_field_with_whatever_stands_in_it() {
-    [EngineChoice::Native, EngineChoice::Gpu].map(is_a_cut_within_an_error);
+    is_a_cut_within_an_error(EngineChoice::Native);
+    is_a_cut_within_an_error(EngineChoice::Gpu);
 }
 
 fn is_a_cut_within_an_error(choice: EngineChoice) {
@@ -444,6 +447,8 @@ fn is_a_cut_within_an_error(choice: EngineChoice) {
         let full = still(&engine, &scene, Refine::Full);
         let full: Vec<[f64; 4]> = full.light.iter().map(|pixel| pixel.map(f64::from)).collect();
         let truth = reference(&scene);
+        // What a finished picture lacks is in no cut either: where an isosurface is passed twice in a slab.
+        let own = accuracy::rmse(&full, &truth).unwrap();
         let mut fine = u64::MAX;
         for max_error in [0.002, 0.008, 0.03] {
             let found = still(&engine, &scene, Refine::Error { max_error, of_voxels: false });
@@ -459,9 +464,11 @@ fn is_a_cut_within_an_error(choice: EngineChoice) {
                 "{name}: {told} is {off} dB"
             );
             // Nor is the cut far from the truth where it is near to the finished picture.
-            assert!(of_truth > accuracy::psnr_from_rmse(1.2 * max_error), "{name}: {of_truth} dB");
+            let most = 1.2 * max_error.hypot(own);
+            assert!(of_truth > accuracy::psnr_from_rmse(most), "{name}: {of_truth} dB");
             // Bricks that an isosurface passes are fine in all of them.
-            let is_coarser = cut.bricks[0] < fine + u64::from(name == "an isosurface");
+            let is_coarser =
+                cut.bricks[0] < fine || cut.bricks[0] == fine && name == "an isosurface";
             assert!(is_coarser, "{name}: {cut:?} is no coarser");
             fine = cut.bricks[0];
         }
@@ -475,7 +482,8 @@ fn is_a_cut_within_an_error(choice: EngineChoice) {
 /// What was chosen for moving views is what pictures within a time are of; where there is no cut, it is said why.
 #[test]
 fn a_picture_within_a_time_is_of_what_was_chosen_for_it() {
-    [EngineChoice::Native, EngineChoice::Gpu].map(is_of_what_was_chosen);
+    is_of_what_was_chosen(EngineChoice::Native);
+    is_of_what_was_chosen(EngineChoice::Gpu);
 }
 
 fn is_of_what_was_chosen(choice: EngineChoice) {

@@ -198,8 +198,6 @@ impl Cut {
 
 #[cfg(test)]
 mod tests {
-    #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
     use super::*;
     use crate::volume::{Lattice, Samples};
 
