@@ -453,7 +453,8 @@ fn is_a_cut_within_an_error(choice: EngineChoice) {
         for max_error in [0.002, 0.008, 0.03] {
             let found = still(&engine, &scene, Refine::Error { max_error, of_voxels: false });
             let told = found.measured_rmse.unwrap();
-            let cut = found.drawn.cut.expect("a cut");
+            let cut = found.drawn.cut;
+            let cut = cut.unwrap_or_else(|| panic!("{name} within {max_error}: no cut, {told}"));
             let [off, of_truth] = [&full, &truth].map(|of| db(&found.light, of));
             println!(
                 "measured {name}, {choice:?}, within {max_error}: {off:.1} dB, {of_truth:.1} to the reference, {cut:?}"

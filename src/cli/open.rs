@@ -11,7 +11,8 @@ use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
 use crate::scene::{
-    self, FirstLook, Orientation, SampleSource, Scene, Shading, SplatSettings, framing_what_shows,
+    self, FirstLook, Orientation, SampleSource, Scene, Shading, SplatSettings, Visibility,
+    framing_what_shows,
 };
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
@@ -211,6 +212,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
     let surface = if mode.draws_points { None } else { surface::of(input, flags)? };
     let look = FirstLook::of(&volume, space);
     let look = if surface.is_some() { look.of_surface() } else { look };
+    let unlit = look.unlit_mode();
     let mut opening = scene::seen_first(source, Arc::clone(&volume), look, space);
     if let Some(up) = flags.camera_up_axis {
         let (direction, shown_up) = orientation.first_view().direction_and_up(orientation);
@@ -238,7 +240,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
     }
     // Who says what is seen, and how densely, says whether it is lit, too.
     let lighting = opening.shading.lighting.take().filter(|_| !flags.say_what_is_seen());
-    let splat = mode.beside(opening.splat);
+    let splat = mode.beside(if lighting.is_some() { opening.splat } else { unlit });
     let shading = Shading { regions, lighting, ..Shading::default() };
     let spacing = volume.lattice.smallest_spacing();
     if let Some(sentence) = splat.opacity_unit_distance.and_then(|unit| all_opaque(unit, spacing)) {
@@ -259,6 +261,8 @@ pub(super) struct Mode {
     of_points: Option<SplatSettings>,
     /// Whether one of them names a kernel.
     names_kernel: bool,
+    /// Whether one of them says how thick slabs are.
+    names_slabs: bool,
     /// The first that says how a field is drawn.
     first: Option<&'static str>,
     /// Whether any of them says how a field is drawn; else that is up to the first look.
@@ -277,6 +281,7 @@ impl Mode {
             of_cells: of(Kernel::Cells),
             of_points: of(Kernel::Ellipsoids),
             names_kernel: flags.kernel.is_some(),
+            names_slabs: flags.slabs_per_voxel.is_some(),
             first: flags.of_field(),
             is_asked_for,
             draws_points: is_asked_for,
@@ -288,7 +293,17 @@ impl Mode {
         Self { is_asked_for: self.is_asked_for || are_asked_for, ..self }
     }
 
+    /// The mode beside a first look: how thick slabs are is the volume's affair, where no flag says it.
     fn beside(self, first_look: SplatSettings) -> SplatSettings {
+        let found = self.beside_whole(first_look);
+        let has_slabs = |mode: &SplatSettings| mode.visibility == Visibility::Slabs;
+        match !self.names_slabs && has_slabs(&found) && has_slabs(&first_look) {
+            true => SplatSettings { slabs_per_voxel: first_look.slabs_per_voxel, ..found },
+            false => found,
+        }
+    }
+
+    fn beside_whole(self, first_look: SplatSettings) -> SplatSettings {
         let SplatSettings { opacity_unit_distance, cut, .. } = self.splat;
         let (own, what) = match first_look.kernel {
             Kernel::Functions => (self.of_functions, "basis functions"),

@@ -153,6 +153,17 @@ impl FirstLook {
         Self { transfer, lighting, splat, view }
     }
 
+    /// Its mode where it is not lit after all: slabs of samples are a sample thick then.
+    pub fn unlit_mode(&self) -> SplatSettings {
+        match self.splat.kernel {
+            Kernel::BSpline => {
+                let slabs_per_voxel = SplatSettings::EXACT.slabs_per_voxel;
+                SplatSettings { slabs_per_voxel, ..self.splat }
+            }
+            _ => self.splat,
+        }
+    }
+
     /// The same of a file that is a surface, whose shape its light tells, whatever its numbers are like, in colours of which none
     /// is as dark as what lies behind it.
     pub fn of_surface(mut self) -> Self {

@@ -260,12 +260,12 @@ impl Key {
             Weight::Extinction,
         );
         let function = (&function, self.thickness);
-        shown.extend(&passed);
+        let mut errors = BrickErrors::of(volume, &means, function, (dims, &shown), ticket)?.errors;
+        // Means have their isosurfaces elsewhere. Beside these nothing else need show in a brick.
+        passed.iter().for_each(|&brick| errors[brick as usize] = [f32::INFINITY; COARSER]);
+        shown.extend(passed);
         shown.sort_unstable();
         shown.dedup();
-        let mut errors = BrickErrors::of(volume, &means, function, (dims, &shown), ticket)?.errors;
-        // Means have their isosurfaces elsewhere.
-        passed.iter().for_each(|&brick| errors[brick as usize] = [f32::INFINITY; COARSER]);
         let bricks = Bricks { key: self.clone(), means, dims, shown, errors };
         let candidates = ERRORS.map(|max_error| bricks.candidate(max_error)).into();
         Ok(Some(Found { levels, candidates, bricks }))

@@ -177,7 +177,6 @@ pub fn encode_field(
     let is_there = where_it_is((grid, field, &samples), &lattice, ticket)?;
     let most = asked.bytes.map_or(u64::MAX, |bytes| bytes / PARTS_OF_COVER);
     let most = most.min(COVER_BYTES);
-    #[expect(clippy::cast_possible_truncation, reason = "a kilobyte at most")]
     let cover = Cover::of(lattice.dims, &is_there, most as usize);
     let source = Source {
         name: name.to_owned(),

@@ -81,7 +81,13 @@ pub(super) fn of_shown(
     let truth = Plan { camera: every.camera(plan), ..plan.clone() };
     let truth = truth.at_size(every.small, f64::from(every.step));
     let truth = truth.in_mode(SplatSettings { slabs_per_voxel, ..mode });
-    let exact = drawn_aside(drawer, &truth, observer)?;
+    let held = drawer.holds_own_field(&truth);
+    let exact = drawn_aside(drawer, &truth, observer);
+    if !held && mode.visibility != plan.mode.visibility {
+        // The picture itself has no use for it.
+        drawer.forget_own_field();
+    }
+    let exact = exact?;
     let found: Option<Vec<_>> = every.indices().map(|at| light.get(at).copied()).collect();
     rmse(&found.unwrap_or_default(), &exact)
 }

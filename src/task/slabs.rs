@@ -341,6 +341,31 @@ impl Drawer {
         })
     }
 
+    /// Whether the engine that draws a plan holds the field that it reconstructs.
+    pub(super) fn holds_own_field(&self, plan: &Plan) -> bool {
+        let holds = |Field { volume, .. }: &Field| match self.engines.of_plan(plan) {
+            EngineKind::Native => {
+                self.engines.native.holds_field(SlabField::Own, volume, &plan.mode)
+            }
+            EngineKind::Gpu => {
+                let renderer = self.engines.made_gpu();
+                renderer.is_some_and(|gpu| gpu.holds_field(SlabField::Own, volume, &plan.mode))
+            }
+        };
+        plan.field().is_some_and(holds)
+    }
+
+    /// Lets go of the field that was reconstructed last, whichever engine has it.
+    pub(super) fn forget_own_field(&mut self) {
+        for is_native in [true, false] {
+            *self.field.table(is_native, SlabField::Own) = None;
+        }
+        self.engines.native.clear_field(SlabField::Own);
+        if let Some(renderer) = self.engines.made_gpu_mut() {
+            renderer.clear_field(SlabField::Own);
+        }
+    }
+
     /// Brings the device up to a field of a plan and its classification.
     fn prepare_slabs(
         &mut self,

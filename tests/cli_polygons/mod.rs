@@ -33,7 +33,8 @@ fn meshes_are_embedded_or_refused_in_a_sentence() {
     assert!(refused.contains("with --mesh, found --backend raster"), "{refused}");
     let refused = of(&["--mesh", mesh, "--projection", "maximum"]).unwrap_err();
     assert!(refused.contains("--projection composite with polygons"), "{refused}");
-    let refused = of(&["--mesh", mesh, "--refine", "coarse", "--budget-ms", "9"]).unwrap_err();
+    let coarse = ["--refine", "coarse", "--max-error", "0.1", "--cut-balanced"];
+    let refused = of(&[&["--mesh", mesh][..], &coarse].concat()).unwrap_err();
     assert!(refused.contains("--refine full or converged with polygons"), "{refused}");
     let refused = of(&["--streamlines", "9", "--field", "speed"]).unwrap_err();
     assert!(refused.contains("expected vectors with --streamlines"), "{refused}");

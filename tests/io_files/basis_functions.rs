@@ -392,7 +392,7 @@ fn damage_is_refused_in_one_sentence() {
         ("another bias", altered("\"bias\":0.1", "\"bias\":9.1"), "checksum"),
         ("a smaller error", altered("\"max\":0.25", "\"max\":0.01"), "checksum"),
         ("without functions", valid[..20].to_vec(), "two lines"),
-        ("a later version", with("RBF 2", "RBF 9"), "version 1 to 3"),
+        ("a later version", with("RBF 3", "RBF 9"), "version 1 to 3"),
         ("many functions", with("\"functions\":2", "\"functions\":900000000000"), "at most"),
         ("more than there are", with("\"functions\":2", "\"functions\":3"), "of 3 functions"),
         ("no number", with("\"bias\":0.1", "\"bias\":null"), "JSON"),

@@ -26,6 +26,8 @@ fn switches_of_annotations_are_steps_that_can_be_taken_back_and_pointing_is_none
     assert_eq!(annotations(&bench), Annotations { trihedron: true, ..Annotations::NONE });
     let requests = bench.request_count();
     press(&mut bench, Key::B);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Axes").scroll_to_me();
+    bench.harness.run_steps(3);
     bench.harness.get_by_role_and_label(Role::CheckBox, "Axes").click();
     bench.harness.run_steps(3);
     assert!(annotations(&bench).has(Annotation::Axes) && annotations(&bench).scalar_bar);

@@ -256,6 +256,11 @@ impl Renderer {
         self.slabs[which as usize].holds(volume, settings)
     }
 
+    /// Lets go of a field.
+    pub fn clear_field(&mut self, which: SlabField) {
+        self.slabs[which as usize].clear();
+    }
+
     /// Whether light that falls on the border of cells (`Shading::lights_borders`) finds what it takes for their growths.
     pub fn is_field_lit(&self, which: SlabField) -> bool {
         self.slabs[which as usize].is_lit()

@@ -363,7 +363,8 @@ fn functions_may_be_as_narrow_as_samples_lie_close_there() {
     let own = points.own_spacings();
     let mean = points.spacing();
     for (at, own) in points.positions().iter().zip(&own) {
-        let is_dense = at.max_element() < 0.4 && at.min_element() > 0.0;
+        // The sample of the large cube at its corner is among those of the small one.
+        let is_dense = at.max_element() < 0.4;
         assert!(*own <= mean && (is_dense || *own > 0.5 * mean), "{at}: {own} of {mean}");
         // Those at its border have neighbours on one side alone.
         assert!(!is_dense || (0.04..0.12).contains(own), "{at}: {own}");
