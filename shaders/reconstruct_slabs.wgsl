@@ -10,6 +10,8 @@ const LOOK_EVERY: u32 = 8u;
 // Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 // lattice they are clipped.
 const WHOLE_SLABS: f32 = 2.99;
+// The picture is of a cut of the field.
+override of_cut: bool = false;
 // Whether small things lie in the pixel, that a single ray may miss.
 var<private> seeks_specks: bool;
 
@@ -268,7 +270,12 @@ fn reconstruct_slabs(
     var sum = vec4<f32>(0.0);
     for (var i = 0u; i < side * side; i++) {
         let part = (vec2<f32>(f32(i % side), f32(i / side)) + 0.5) / f32(side);
-        sum += ray(corner + vec2<f32>(part.x, -part.y), pixel);
+        let screen = corner + vec2<f32>(part.x, -part.y);
+        if of_cut {
+            sum += ray_of_cut(screen, pixel);
+        } else {
+            sum += ray(screen, pixel);
+        }
     }
     textureStore(picture, pixel, sum / f32(side * side));
     note_ended_loops();

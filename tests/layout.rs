@@ -13,6 +13,7 @@ use voxsplat::gpu::layout::{self, COUNT_HEADER_WORDS, RECORD_WORDS, SEGMENT_THRE
 use voxsplat::gpu::shader::{self, Shader};
 use voxsplat::hierarchy::EMPTY_BRICK;
 use voxsplat::kernel::COEFFICIENTS;
+use voxsplat::plan::SEGMENT;
 use voxsplat::vector::{FORESHORTENINGS, MARK_SIDE, PHASES};
 use voxsplat::volume::BRICK;
 
@@ -149,7 +150,7 @@ fn host_structs() -> [HostStruct; 15] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 23] {
+fn host_constants() -> [(&'static str, f64); 25] {
     [
         ("BRICK", BRICK as f64),
         ("MARK_SIDE", MARK_SIDE as f64),
@@ -164,6 +165,8 @@ fn host_constants() -> [(&'static str, f64); 23] {
         ("POINT_TIE", layout::POINT_TIE),
         ("LAYERS", f64::from(layout::LAYERS)),
         ("LOOK_EVERY", f64::from(layout::LOOK_EVERY)),
+        ("CUT_HEAD", f64::from(layout::CUT_HEAD)),
+        ("SEGMENT", f64::from(SEGMENT)),
         ("LIFT_CELLS", layout::LIFT_CELLS),
         ("LEVEL_SLACK", CellField::LEVEL_SLACK),
         ("SHADE_CELLS", f64::from(layout::SHADE_CELLS)),

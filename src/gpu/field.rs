@@ -1,6 +1,9 @@
 //! A reconstructed field on the device: its coefficients, and where it can show.
 
+use std::ops::{Range, RangeInclusive};
 use std::sync::OnceLock;
+
+use rayon::prelude::*;
 
 use super::GpuError;
 use super::buffers::Growing;
@@ -184,29 +187,13 @@ impl DeviceField {
         let chunk_words = words.div_ceil(shares).next_multiple_of(4).max(4);
         let mut chunks = Vec::new();
         let mut size_bytes = 0;
-        let mut packed: Vec<u32> = Vec::new();
         for start in (0..words).step_by(chunk_words) {
             let end = (start + chunk_words).min(words);
             let bytes = ((end - start) * 4).next_multiple_of(16) as u64;
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
             let buffer = Growing::make(context, "field", usage, bytes);
             size_bytes += bytes;
-            for run in (start..end).step_by(UPLOAD_WORDS) {
-                ticket.checkpoint(run as u64, words as u64).map_err(|_| GpuError::Cancelled)?;
-                packed.clear();
-                packed.resize((end - run).min(UPLOAD_WORDS), 0);
-                use rayon::prelude::*;
-                packed.par_chunks_mut(1 << 14).enumerate().for_each(|(i, part)| {
-                    for (j, out) in part.iter_mut().enumerate() {
-                        *out = word(run + i * (1 << 14) + j);
-                    }
-                });
-                let at = ((run - start) * 4) as u64;
-                context.queue.write_buffer(&buffer, at, bytemuck::cast_slice(&packed));
-                // Let the copies go before the next ones are staged.
-                context.queue.submit([]);
-                context.finish()?;
-            }
+            write_words(context, (&buffer, 0), start..end, &word, ticket)?;
             chunks.push(buffer);
         }
         let weighs = match kernel {
@@ -275,13 +262,10 @@ impl DeviceField {
         let further = further_bricks(reach);
         let near_holes = if table.no_data[3] > 0.0 { self.near_holes() } else { &[] };
         let mut bytes = distances(self.bounds.dims, |brick| {
-            let [low, high] = self.bounds.ranges[brick];
-            let (low, high) = (f64::from(low) + self.bias, f64::from(high) + self.bias);
-            let slack = self.slack(low.abs().max(high.abs()));
-            let (low, high) = (low - slack, high + slack);
-            table.shows(low, high)
+            let range = self.range(brick);
+            table.shows(*range.start(), *range.end())
                 || near_holes.get(brick).is_some_and(|is| *is)
-                || levels.iter().any(|level| (low..=high).contains(level))
+                || self.has_any(brick, levels)
         });
         let shows = bytes.iter().map(|&distance| distance == 0).collect();
         widen(&mut bytes, further);
@@ -293,6 +277,19 @@ impl DeviceField {
             words.extend(holes);
         }
         (words, holes_at, shows)
+    }
+
+    /// Between which values all positions within [`BOUNDED_REACH`] of a brick are.
+    fn range(&self, brick: usize) -> RangeInclusive<f64> {
+        let [low, high] = self.bounds.ranges[brick].map(|end| f64::from(end) + self.bias);
+        let slack = self.slack(low.abs().max(high.abs()));
+        low - slack..=high + slack
+    }
+
+    /// Whether a position within [`BOUNDED_REACH`] of a brick may have one of some values.
+    pub(super) fn has_any(&self, brick: usize, levels: &[f64]) -> bool {
+        let range = self.range(brick);
+        levels.iter().any(|level| range.contains(level))
     }
 
     /// For each brick the greatest value of a position within `reach` voxels of it, or the least, turned about: at least
@@ -369,7 +366,7 @@ fn bounds(
 
 /// How coarse 65 536 steps over the coefficients are: in whole numbers of whole-number data; of others
 /// in 1024ths of the range that holds all values but the outer hundredths.
-fn step_of_sixteen_bits(volume: &ScalarVolume, min: f64, max: f64) -> Step {
+pub(super) fn step_of_sixteen_bits(volume: &ScalarVolume, min: f64, max: f64) -> Step {
     let step = (max - min) / 65535.0;
     match volume.samples.scalar_type() {
         ScalarType::Float32 | ScalarType::Float64 => {
@@ -387,14 +384,14 @@ fn step_of_sixteen_bits(volume: &ScalarVolume, min: f64, max: f64) -> Step {
 
 /// A step of 16 bits, see [`step_of_sixteen_bits`].
 #[derive(Debug, Clone, Copy)]
-enum Step {
+pub(super) enum Step {
     OfWhole(f64),
     OfAny(f64),
 }
 
 impl Step {
     /// Whether 16 bits lose nothing that counts.
-    fn is_fine(self) -> bool {
+    pub(super) fn is_fine(self) -> bool {
         let (Self::OfWhole(step) | Self::OfAny(step)) = self;
         step <= 0.25
     }
@@ -403,6 +400,36 @@ impl Step {
     fn is_whole(self) -> bool {
         matches!(self, Self::OfWhole(step) if step <= 1.0)
     }
+}
+
+/// Writes some of the words that there are into a buffer, from one of its words on.
+///
+/// # Errors
+/// Cancelled, or a failing device.
+pub(super) fn write_words(
+    context: &Context,
+    (buffer, first): (&wgpu::Buffer, usize),
+    words: Range<usize>,
+    word: &(impl Fn(usize) -> u32 + Sync),
+    ticket: &Ticket,
+) -> Result<(), GpuError> {
+    let mut packed: Vec<u32> = Vec::new();
+    for run in words.clone().step_by(UPLOAD_WORDS) {
+        ticket.checkpoint(run as u64, words.end as u64).map_err(|_| GpuError::Cancelled)?;
+        packed.clear();
+        packed.resize((words.end - run).min(UPLOAD_WORDS), 0);
+        packed.par_chunks_mut(1 << 14).enumerate().for_each(|(i, part)| {
+            for (j, out) in part.iter_mut().enumerate() {
+                *out = word(run + i * (1 << 14) + j);
+            }
+        });
+        let at = ((first + run - words.start) * 4) as u64;
+        context.queue.write_buffer(buffer, at, bytemuck::cast_slice(&packed));
+        // Let the copies go before the next ones are staged.
+        context.queue.submit([]);
+        context.finish()?;
+    }
+    Ok(())
 }
 
 /// Stands for "no value here": a value that no table shows.
@@ -434,7 +461,7 @@ fn room_for(context: &Context, kernel: Kernel, words: usize) -> Result<usize, Gp
 }
 
 /// Words in a storage binding.
-fn most_words(context: &Context) -> u64 {
+pub(super) fn most_words(context: &Context) -> u64 {
     let limits = &context.limits;
     let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     // Whole vectors, and numbers of 32 bits.

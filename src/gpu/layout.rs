@@ -273,6 +273,9 @@ pub struct Slabs {
     pub opacities: [[f32; 4]; 6],
 }
 
+/// Words before the bricks of a cut (`shaders/lib/cut.wgsl`).
+pub const CUT_HEAD: u32 = 16;
+
 /// Planes that cut a volume, and the shader has room for: of a box, and free ones.
 pub const MOST_CLIPS: usize = 6 + crate::scene::MOST_CLIP_PLANES;
 

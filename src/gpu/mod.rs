@@ -18,6 +18,7 @@ mod functions;
 mod gather;
 mod inside;
 pub mod layout;
+mod levels;
 mod list_plan;
 mod marks;
 mod meshes;

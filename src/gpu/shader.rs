@@ -19,6 +19,7 @@ piece!(
     BLOCKS "blocks",
     CELLS "cells",
     CLASSIFY "classify",
+    CUT "cut",
     EMPTY "empty",
     FACES "faces",
     FIELD "field",
@@ -82,7 +83,7 @@ fn of_marks(piece: &str) -> String {
 }
 
 /// The most pieces that a shader is stitched of.
-const MOST_PIECES: usize = 20;
+const MOST_PIECES: usize = 21;
 
 /// A pass's shader: its name is the file's, the pass's label and the timing row's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -228,7 +229,7 @@ pub const fn slabs(lit: bool, among: Among) -> Shader {
     let walk = include_str!("../../shaders/reconstruct_slabs.wgsl");
     let pieces = &[
         SLABS, FIELD, CELLS, CLASSIFY, SPECKS, EMPTY, light, TOTALS, RAYS, SURFACES, levels, shade,
-        faces, polygons, walk, marks, others, parts, frame, vectors,
+        faces, polygons, CUT, walk, marks, others, parts, frame, vectors,
     ];
     let options = match (lit, among.polygons, among.vectors) {
         (false, ..) => among.options(),
@@ -373,6 +374,20 @@ mod tests {
                     (has("cell_at"), has("radial_mean")),
                     (kernel == 8, matches!(kernel, 2 | 3))
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn pictures_have_what_a_cut_asks_for_only_where_they_are_of_one() {
+        for lit in [false, true] {
+            let source = slabs(lit, Among::ALL[1]).source();
+            for (constant, walks) in [(0.0, [true, false, false]), (1.0, [false, true, true])] {
+                let module = folded(&source, &[("of_cut", constant)]).expect("a module");
+                let names: Vec<_> =
+                    module.functions.iter().filter_map(|(_, f)| f.name.as_deref()).collect();
+                let has = ["ray", "ray_of_cut", "cut_word"].map(|name| names.contains(&name));
+                assert_eq!(has, walks, "{lit} {names:?}");
             }
         }
     }

@@ -14,6 +14,7 @@ use super::context::Context;
 use super::field::{DeviceField, FIELD_CHUNKS, Format};
 use super::inside::{InsideVariant, Opening};
 use super::layout::{self, narrow, narrow4};
+use super::levels::DeviceLevels;
 use super::marks::Marked;
 use super::pipelines::{Pipelines, Program, flag, vector_constants};
 use super::polygons::DevicePolygons;
@@ -25,6 +26,7 @@ use super::vectors::DeviceVectors;
 use crate::core::Ticket;
 use crate::hierarchy::Speck;
 use crate::kernel::{Coefficients, Kernel};
+use crate::plan::bricks_of_cut;
 use crate::rbf::Basis;
 use crate::scene::{AlongRay, Classify, OpacityModel, Order, SplatSettings, View};
 use crate::transfer::Cumulative;
@@ -85,6 +87,8 @@ pub(super) struct Looks<'a> {
 pub(super) struct Beside<'a> {
     pub vectors: Option<(&'a DeviceVectors, &'a Lists)>,
     pub polygons: Option<&'a DevicePolygons>,
+    /// What a cut of the field is of, if the picture is of one.
+    pub levels: Option<&'a DeviceLevels>,
 }
 
 /// What of it a pipeline is made for.
@@ -104,6 +108,19 @@ impl Looks<'_> {
         let shade = shade.map(|shade| ShadeVariant { quickly, ..shade.variant });
         LooksVariant { shade, inside, polygons: self.polygons }
     }
+}
+
+/// Bricks of a cut of a field of which something holds that is known of the field's own bricks, and of a voxel about each. Those
+/// begin half a cell later than the ones of a cut.
+fn of_cut(field: &DeviceField, holds: impl Fn(usize) -> bool) -> Vec<u32> {
+    let (own, [nx, ny, nz]) = (field.bricks(), bricks_of_cut(field.dims));
+    let holds = |at: [usize; 3]| {
+        let [x, y, z] = [0, 1, 2].map(|a| at[a].min(own[a] - 1));
+        holds((z * own[1] + y) * own[0] + x)
+    };
+    let all = (0..nx * ny * nz).filter(|i| holds([i % nx, i / nx % ny, i / (nx * ny)]));
+    #[expect(clippy::cast_possible_truncation, reason = "a sixty-fourth of the samples")]
+    all.map(|brick| brick as u32).collect()
 }
 
 impl LooksVariant {
@@ -154,6 +171,40 @@ impl SlabPass {
                     && field.extent == settings.extent
                     && field.limits == settings.limits()
             })
+    }
+
+    /// Whether a cut may be drawn of the field, beside which it is bound: means in its place have widths, and the greatest fields
+    /// leave no binding.
+    pub(super) fn takes_cuts(&self) -> bool {
+        let takes = |field: &DeviceField| {
+            let is_own = field.functions.is_some() || field.has_widths || field.level > 0;
+            !is_own && field.chunks.len() < FIELD_CHUNKS
+        };
+        self.field.as_ref().is_some_and(takes)
+    }
+
+    /// Whether means are of the volume that the field is of.
+    pub(super) fn is_of(&self, levels: &DeviceLevels) -> bool {
+        self.source.as_ref().is_some_and(|volume| levels.are_of(volume))
+    }
+
+    /// Cells of the table, by values.
+    pub(super) fn values(&self) -> Option<CellsOfValues> {
+        self.table.as_ref().map(|table| table.values)
+    }
+
+    /// Bricks of a cut in which anything may show, within a voxel of them, and how many there are along each axis.
+    pub(super) fn shown_bricks(&self) -> Option<([usize; 3], Vec<u32>)> {
+        let (field, table) = (self.field.as_ref()?, self.table.as_ref()?);
+        Some((bricks_of_cut(field.dims), of_cut(field, |own| table.shows[own])))
+    }
+
+    /// Those in which the field may have one of some values, as isosurfaces do.
+    pub(super) fn passed_bricks(&self, levels: &[f64]) -> Vec<u32> {
+        match &self.field {
+            Some(field) if !levels.is_empty() => of_cut(field, |own| field.has_any(own, levels)),
+            _ => Vec::new(),
+        }
     }
 
     /// Whether light that falls on the border of cells finds what it takes for their growths.
@@ -433,11 +484,18 @@ impl SlabPass {
         let (Some(field), Some(table)) = (&self.field, &self.table) else { return };
         let among =
             Among { polygons: beside.polygons.is_some(), vectors: beside.vectors.is_some() };
-        let program = self.program(field, table, settings, (looks, among));
+        let mut program = self.program(field, table, settings, (looks, among));
+        if let Some(levels) = beside.levels {
+            let are_floats = flag(levels.are_floats);
+            program.constants.extend([("of_cut", 1.0), ("means_are_floats", are_floats)]);
+        }
         let pipeline = pipelines.compute(context, &program);
         // Bindings beyond the last chunk repeat it; no index leads there.
         let last = field.chunks.len() - 1;
-        let chunks = (0..FIELD_CHUNKS).map(|i| &field.chunks[i.min(last)]);
+        let chunks = (0..FIELD_CHUNKS).map(|i| match beside.levels {
+            Some(levels) if i == FIELD_CHUNKS - 1 => &levels.buffer,
+            _ => &field.chunks[i.min(last)],
+        });
         let mut entries = vec![buffer(0, &self.uniform), buffer(5, &table.empty)];
         entries.extend(buffers(1, chunks));
         entries.extend([buffer(6, &table.sums), picture_at(7, light), buffer(8, totals)]);

@@ -4,12 +4,7 @@ use fearless_simd::{Simd, i32x8, prelude::*};
 
 use super::lanes::{LANES, Lanes, Mask, Vec3, all};
 use super::lattice::{Lattice, Method};
-use crate::plan::{COARSER, EMPTY, FieldCut};
-
-/// Slabs for which one level is chosen together. A brick is as many voxels wide.
-pub(super) const SEGMENT: i32 = 4;
-/// Places in a segment where the bricks are looked up. A single one misses bricks that a ray crosses at a corner.
-const LOOKS: [f32; 2] = [0.2, 0.8];
+use crate::plan::{COARSER, EMPTY, FieldCut, LOOKS, SEGMENT};
 
 /// A cut of a field, and what it is drawn from beside the field itself.
 #[derive(Debug, Clone, Copy)]

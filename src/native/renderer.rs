@@ -282,9 +282,11 @@ impl Renderer {
         Some((field.lattice.bricks.dims, &field.table.as_ref()?.visible))
     }
 
-    /// Bricks of the scene's own field in which it may have any of some values, as isosurfaces do.
+    /// Bricks of the scene's own field in which it may have any of some values, as isosurfaces do, and those that share a face
+    /// with one: a ray that crosses no more than the corner of a brick is looked up beside it.
     pub fn passed_bricks(&self, levels: &[f64]) -> Vec<u32> {
-        let Some(field) = &self.fields[SlabField::Own as usize] else { return Vec::new() };
+        let field = self.fields[SlabField::Own as usize].as_ref();
+        let Some(field) = field.filter(|_| !levels.is_empty()) else { return Vec::new() };
         let lattice = &field.lattice;
         let is_passed = |[low, high]: &[f32; 2]| {
             let (low, high) = (f64::from(*low) + lattice.bias, f64::from(*high) + lattice.bias);
@@ -292,8 +294,16 @@ impl Renderer {
             let slack = 1e-6 * low.abs().max(high.abs());
             levels.iter().any(|level| (low - slack..=high + slack).contains(level))
         };
-        let bricks = (0_u32..).zip(&lattice.bricks.ranges);
-        bricks.filter(|(_, range)| is_passed(range)).map(|(brick, _)| brick).collect()
+        let [nx, ny, nz] = lattice.bricks.dims;
+        let passed: Vec<bool> = lattice.bricks.ranges.iter().map(is_passed).collect();
+        let is_near = |brick: usize| {
+            [(1, nx), (nx, ny), (nx * ny, nz)].into_iter().any(|(stride, n)| {
+                let at = brick / stride % n;
+                (at > 0 && passed[brick - stride]) || (at + 1 < n && passed[brick + stride])
+            })
+        };
+        let bricks = (0_u32..).zip(0..passed.len());
+        bricks.filter(|&(_, i)| passed[i] || is_near(i)).map(|(brick, _)| brick).collect()
     }
 
     /// Lets go of a field.

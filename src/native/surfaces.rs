@@ -203,7 +203,8 @@ impl Surfaces {
     }
 
     /// Notes the levels that the field passes between two depths at which it has these cells. What passes one twice
-    /// between them is not met; more slabs meet it. Whether any is met. Not inlined: it would be compiled into every loop.
+    /// between them is not met; more slabs meet it. Where the first cells are of means those of the field are found. Whether any
+    /// is met. Not inlined: it would be compiled into every loop.
     #[inline(never)]
     pub(super) fn meet_levels<S: Simd>(
         &self,
@@ -211,12 +212,12 @@ impl Surfaces {
         field: (&Lattice, Method, &Table, &Light),
         seen: (&Rays, &Packet<S>),
         ends: ([Lanes<S>; 2], [Lanes<S>; 2]),
-        is_slab: Mask<S>,
+        slabs: (Mask<S>, bool),
         ahead: &mut Ahead<'_, S>,
     ) -> bool {
         simd.vectorize(
             #[inline(always)]
-            || self.meet_levels_here(simd, field, seen, ends, is_slab, ahead),
+            || self.meet_levels_here(simd, field, seen, ends, slabs, ahead),
         )
     }
 
@@ -226,11 +227,14 @@ impl Surfaces {
         simd: S,
         (lattice, method, table, light): (&Lattice, Method, &Table, &Light),
         (rays, packet): (&Rays, &Packet<S>),
-        (cells, ts): ([Lanes<S>; 2], [Lanes<S>; 2]),
-        is_slab: Mask<S>,
+        (mut cells, ts): ([Lanes<S>; 2], [Lanes<S>; 2]),
+        (is_slab, begins_with_means): (Mask<S>, bool),
         ahead: &mut Ahead<'_, S>,
     ) -> bool {
         let mut is_met = false;
+        if begins_with_means {
+            cells[0] = table.cell(simd, lattice.value(simd, method, packet.at(ts[0])));
+        }
         for &(value, colour, opacity) in &self.levels {
             #[expect(clippy::cast_possible_truncation, reason = "a cell")]
             let level = all(simd, (table.values.of_zero + table.values.per_value * value) as f32);

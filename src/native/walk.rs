@@ -7,7 +7,7 @@ use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
 use super::lattice::{Finds, Lattice, Method};
-use super::levels::{Faces, Levels, Next, SEGMENT, segments_of};
+use super::levels::{Faces, Levels, Next, segments_of};
 use super::light::{self, Light};
 use super::masks::Masks;
 use super::own::{Found, Own, OwnAlong, OwnLanded};
@@ -18,7 +18,7 @@ use super::solids::Growths;
 use super::sums::{Asked, Sums};
 use super::surfaces::{Ahead, Surfaces};
 use super::table::{Halves, Table};
-use crate::plan::EMPTY;
+use crate::plan::{EMPTY, SEGMENT};
 
 /// Least depth of three slabs together, in slabs, for all three to be whole: at the borders of the
 /// lattice they are clipped.
@@ -406,11 +406,13 @@ impl Scene<'_> {
                     if let (Some(surfaces), Some(shader), Some(ahead)) =
                         (self.surfaces, self.light, ahead.as_mut())
                         && surfaces.has_levels()
+                        && !(W::CUT && far.level > 0)
                     {
                         let field = (*lattice, method, *table, shader);
                         let cells = [near.u, far.u];
                         let seen = (*rays, packet);
-                        if surfaces.meet_levels(simd, field, seen, (cells, ts), is_slab, ahead) {
+                        let slabs = (is_slab, W::CUT && near.level > 0);
+                        if surfaces.meet_levels(simd, field, seen, (cells, ts), slabs, ahead) {
                             found = Some(found.unwrap_or_else(|| Halves::none(simd)));
                         }
                     }

@@ -15,7 +15,7 @@ mod cut;
 mod kernels;
 mod outline;
 
-pub use cut::{COARSER, EMPTY, FieldCut};
+pub use cut::{COARSER, EMPTY, FieldCut, LOOKS, SEGMENT, bricks_of_cut};
 pub use kernels::{Classification, KernelList, KernelSlabs};
 pub use outline::Outline;
 

@@ -442,6 +442,12 @@ pub(super) fn tensor(basis: Basis, block: &[f64; 64], fraction: DVec3) -> f64 {
     block.chunks_exact(16).zip(z).map(|(p, w)| w * plane(p)).sum()
 }
 
+/// Values of which those without data have the mean of their neighbours.
+pub(super) fn filled(mut values: Vec<f64>, dims: [usize; 3]) -> Vec<f64> {
+    fill_holes(&mut values, dims);
+    values
+}
+
 /// Gives samples without data (NaN) the mean of their finite neighbours, in rounds, and tells which
 /// they were. ±∞ count as the ends of the finite range.
 fn fill_holes(values: &mut [f64], dims: [usize; 3]) -> Option<Vec<bool>> {

@@ -9,6 +9,7 @@
 
 mod cells;
 mod classes;
+mod cut;
 mod field;
 mod inside;
 mod kernels;

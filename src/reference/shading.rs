@@ -63,20 +63,38 @@ impl RayShader<'_> {
         value: f64,
         places: &[f64],
     ) -> Density {
-        let Some(shader) = self.shader.filter(|_| density[0] > 0.0) else { return density };
-        let lit_cells = self.field.cells.as_ref().filter(|_| shader.shading.lights_borders());
+        let lit_cells = self
+            .field
+            .cells
+            .as_ref()
+            .filter(|_| self.shader.is_some_and(|shader| shader.shading.lights_borders()));
         let growth = |place: DVec3| match lit_cells {
             Some(cells) => cells.growth_for_light(place),
             None => gradient(self.field, place),
         };
-        let sum = places.iter().map(|&t| growth(self.index.at(t))).fold(DVec3::ZERO, |sum, own| {
-            // A surface and its back are lit alike: at a border they do not cancel out.
-            let is_turned = lit_cells.is_some() && sum.dot(own) < 0.0;
-            if is_turned { sum - own } else { sum + own }
-        });
+        self.shaded_with(density, t, value, || {
+            let own = places.iter().map(|&t| growth(self.index.at(t)));
+            let sum = own.fold(DVec3::ZERO, |sum, own| {
+                // A surface and its back are lit alike: at a border they do not cancel out.
+                let is_turned = lit_cells.is_some() && sum.dot(own) < 0.0;
+                if is_turned { sum - own } else { sum + own }
+            });
+            sum / places.len() as f64
+        })
+    }
+
+    /// A density at t, of this value and gradient per index.
+    pub(super) fn shaded_with(
+        &self,
+        density: Density,
+        t: f64,
+        value: f64,
+        gradient: impl FnOnce() -> DVec3,
+    ) -> Density {
+        let Some(shader) = self.shader.filter(|_| density[0] > 0.0) else { return density };
         let seen = Seen {
             value,
-            gradient: sum / places.len() as f64,
+            gradient: gradient(),
             place: self.world.at(t),
             eye: -self.world.step.normalize(),
         };

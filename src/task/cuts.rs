@@ -5,11 +5,13 @@
 //! No one limit on it serves all data. So a few limits are compared, each with the size of picture that it affords, and the
 //! one that is thought to lose least is drawn.
 
+mod by_engine;
+
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::draw::{DrawError, Drawer, Observer, Rung, background_light};
-use super::engines::Canvas;
+use super::engines::{Canvas, EngineKind};
 use super::estimate::{Coarseness, field_rmse};
 use super::job::Job;
 use super::previews::{Reduction, is_scaled};
@@ -27,12 +29,16 @@ use crate::scene::{
 };
 use crate::transfer::{Cumulative, Table, TransferFunction, Weight};
 use crate::volume::ScalarVolume;
+use by_engine::Stored;
 
 /// Errors of bricks that are tried, the least first.
 const ERRORS: [f32; 5] = [0.001, 0.002, 0.004, 0.008, 0.016];
 /// Time that a brick of each level takes, as a share of one of the whole field: where that is B-splines, and where it is
-/// tents. Looking up the level is in it. Fitted to three scans (`benches/results/cuts.md`).
-const WORK: [[f64; COARSER + 1]; 2] = [[0.95, 0.4, 0.18], [1.05, 0.5, 0.27]];
+/// tents. Looking up the level is in it. By engine: of the native one fitted to three scans (`benches/results/cuts.md`); of the GPU
+/// engine a guess from what its rays fetch, 32 words a face of B-splines and 4 one of tents or means, with as much again for rays
+/// that wait for those beside them: not measured on any device. What pictures take moves either (`FieldCuts::learn`).
+const WORK: [[[f64; COARSER + 1]; 2]; 2] =
+    [[[0.95, 0.4, 0.18], [1.05, 0.5, 0.27]], [[1.0, 0.4, 0.25], [1.05, 0.7, 0.4]]];
 /// A picture's RMSE as a share of what its bricks' errors would come to if nothing hid them. A guess: not yet fitted.
 const SEEN_SHARE: f64 = 0.5;
 /// What is lost by leaving out pixels grows with the distance between them, as this power of it: 1.2 to 1.4 on three scans.
@@ -64,6 +70,8 @@ pub(super) struct FieldCuts {
     sampling: Option<(f64, f64)>,
     /// log₂ of how many times longer cuts take than their bricks say, by [`SlabField`].
     longer: [f64; 2],
+    /// Whose prices these are.
+    engine: EngineKind,
 }
 
 /// What cuts are of.
@@ -102,18 +110,20 @@ pub(super) struct Bricks {
 
 /// What comes of looking for cuts; nothing where a volume is too small.
 type Outcome = Result<Option<Found>, ScalarPyramidError>;
+/// Means of 2³ and of 4³ samples, as engines have samples.
+type MeansOfLevels = [Coefficients; COARSER];
 
 /// Cuts that were found.
 #[derive(Debug)]
 struct Found {
     /// What the engine draws means from, where it has none yet.
-    levels: Option<StoredLevels>,
+    levels: Option<Stored>,
     candidates: Vec<Candidate>,
     bricks: Bricks,
 }
 
 /// The bricks of a field as an engine knows them: how many along each axis, those in which anything can show, and those that
-/// an isosurface passes.
+/// an isosurface passes, or comes near.
 #[derive(Debug)]
 struct Known {
     dims: [usize; 3],
@@ -128,8 +138,8 @@ struct Candidate {
     cut: Arc<FieldCut>,
     /// Σ e² over its bricks: e the error of a brick a sample thick times the samples through it.
     squares: f64,
-    /// What a ray costs, of what one of all of the field does, by [`SlabField`].
-    shares: [f64; 2],
+    /// What a ray costs, of what one of all of the field does, by engine and [`SlabField`].
+    shares: [[f64; 2]; 2],
 }
 
 /// Why pictures of a plan are never of cuts of its field, in words that follow "there is no cut: "; `None`
@@ -224,7 +234,7 @@ impl Key {
     fn find(
         &self,
         means: Option<Arc<Means>>,
-        stores: bool,
+        stores: Option<EngineKind>,
         Known { dims, mut shown, passed }: Known,
         ticket: &Ticket,
     ) -> Outcome {
@@ -237,8 +247,11 @@ impl Key {
             },
         };
         let levels = match stores {
-            true => Some(stored_levels(volume, &means, ticket)?),
-            false => None,
+            Some(engine) => {
+                let means = means_of(volume, &means, ticket)?;
+                Some(Stored::new(engine, volume, means, ticket)?)
+            }
+            None => None,
         };
         let function = Cumulative::new(
             &self.transfer,
@@ -336,6 +349,18 @@ pub fn stored_levels(
     means: &Means,
     ticket: &Ticket,
 ) -> Result<StoredLevels, Cancelled> {
+    StoredLevels::new(volume, means_of(volume, means, ticket)?, ticket)
+}
+
+/// The same as the GPU engine does.
+///
+/// # Errors
+/// Cancelled.
+pub fn means_of(
+    volume: &ScalarVolume,
+    means: &Means,
+    ticket: &Ticket,
+) -> Result<MeansOfLevels, Cancelled> {
     let of = |level: usize| {
         let MeansOfLevel { dims, values } = &means.levels[level];
         let volume_dims = volume.lattice.dims;
@@ -343,7 +368,7 @@ pub fn stored_levels(
         let averaged = Averaged { level: level as u32 + 1, volume_dims, half_widths: Vec::new() };
         Coefficients::of_means(*dims, values.clone(), means.bias, averaged, ticket)
     };
-    StoredLevels::new(volume, [of(0)?, of(1)?], ticket)
+    Ok([of(0)?, of(1)?])
 }
 
 /// The coarsest cut of `bricks` along each axis whose bricks are off by no more than an error; those that are not `shown`
@@ -379,7 +404,7 @@ impl Candidate {
         let share = |work: [f64; COARSER + 1]| {
             counts.iter().zip(work).map(|(n, work)| n * work).sum::<f64>() / total
         };
-        Self { max_error, cut: Arc::new(cut), squares, shares: WORK.map(share) }
+        Self { max_error, cut: Arc::new(cut), squares, shares: WORK.map(|work| work.map(share)) }
     }
 }
 
@@ -423,10 +448,18 @@ impl FieldCuts {
         Some(ASKED)
     }
 
+    /// Turns to another engine, whose prices are its own, and which has means of its own.
+    pub(super) fn turn_to(&mut self, engine: EngineKind) {
+        if self.engine != engine {
+            *self = Self { means: self.means.take(), engine, ..Self::default() };
+        }
+    }
+
     /// What a ray through a cut costs, of what one through all of a field does.
     pub(super) fn share(&self, number: CutNumber, field: SlabField) -> f64 {
         let longer = self.longer[field as usize].exp2();
-        self.candidate(number).map_or(1.0, |found| found.shares[field as usize] * longer)
+        let engine = usize::from(self.engine == EngineKind::Gpu);
+        self.candidate(number).map_or(1.0, |found| found.shares[engine][field as usize] * longer)
     }
 
     /// Takes in a picture: of a cut of which field, if of any, and how many times longer than was thought that took. Whether
@@ -477,14 +510,16 @@ impl Drawer {
     /// Begins to look for cuts of a plan's field, where there are none yet, and takes in what came of it.
     ///
     /// # Errors
-    /// A thread that does not start, or fails.
+    /// A thread that does not start, or fails; a failing device.
     pub(super) fn advance_cuts(&mut self, plan: &Plan) -> Result<(), DrawError> {
-        if !self.is_native() || !self.engines.native.draws_cuts() || why_no_cut(plan).is_some() {
+        if !self.may_cut(plan) {
             return Ok(());
         }
         let Some(field) = plan.field() else { return Ok(()) };
-        let holds_levels = self.engines.native.holds_levels(&field.volume);
-        if holds_levels && self.cuts.ready.as_ref().is_some_and(|ready| ready.key.is_of(plan)) {
+        let holds_levels = self.holds_levels(&field.volume);
+        let is_known =
+            |ready: &Ready| ready.key.is_of(plan) && (holds_levels || ready.candidates.is_empty());
+        if self.cuts.ready.as_ref().is_some_and(is_known) {
             return Ok(());
         }
         // What is looked for of another transfer function is told to stop.
@@ -492,43 +527,50 @@ impl Drawer {
         if let Some((of, job)) = self.cuts.under_way.take() {
             match job.look(Duration::ZERO)? {
                 None => self.cuts.under_way = Some((of, job)),
-                Some(found) => self.take_cuts(of, found),
+                Some(found) => self.take_cuts(of, found)?,
             }
             return Ok(());
         }
-        if !self.holds_field(SlabField::Own, &field.volume, &plan.mode) {
+        let holds_field = self.holds_field(SlabField::Own, &field.volume, &plan.mode);
+        if !holds_field || !self.has_room_for_means(SlabField::Own) {
             return Ok(());
         }
-        let Some((dims, shown)) = self.engines.native.shown_bricks() else { return Ok(()) };
-        let shown = shown.to_vec();
+        let key = Key::of(plan, field);
+        let Some(known) = self.known_bricks(plan, &key.levels)? else { return Ok(()) };
+        let stores = (!holds_levels).then_some(self.cuts.engine);
         drop(self.cuts.means.take_if(|(of, _)| !Arc::ptr_eq(of, &field.volume)));
         let means = self.cuts.means.as_ref().map(|(_, means)| Arc::clone(means));
-        let key = Key::of(plan, field);
         let of = key.clone();
-        let known = Known { dims, shown, passed: self.engines.native.passed_bricks(&key.levels) };
-        let work = move |ticket: &Ticket| of.find(means, !holds_levels, known, ticket);
+        let work = move |ticket: &Ticket| of.find(means, stores, known, ticket);
         let job = Job::start(("voxsplat-cuts", "cuts of the field"), work)?;
         self.cuts.under_way = Some((key, job));
         Ok(())
     }
 
-    fn take_cuts(&mut self, key: Key, found: Outcome) {
+    /// # Errors
+    /// A failing device.
+    fn take_cuts(&mut self, key: Key, found: Outcome) -> Result<(), DrawError> {
         let (candidates, bricks) = match found {
             Ok(Some(Found { levels, candidates, bricks })) => {
                 self.cuts.means = Some((Arc::clone(&key.volume), Arc::clone(&bricks.means)));
-                if let Some(levels) = levels {
-                    self.engines.native.set_levels(levels);
+                match levels.map_or(Ok(()), |levels| self.take_levels(&key.volume, levels)) {
+                    Ok(()) => (candidates, Some(Arc::new(bricks))),
+                    Err(DrawError::Gpu(error @ GpuError::TooLarge { .. })) => {
+                        log::warn!("quick pictures are of all of the field: {error}");
+                        Default::default()
+                    }
+                    Err(error) => return Err(error),
                 }
-                (candidates, Some(Arc::new(bricks)))
             }
             Ok(None) => Default::default(),
-            Err(ScalarPyramidError::Cancelled(_)) => return,
+            Err(ScalarPyramidError::Cancelled(_)) => return Ok(()),
             Err(ScalarPyramidError::TooLarge(error)) => {
                 log::warn!("quick pictures are of all of the field: {error}");
                 Default::default()
             }
         };
         self.cuts.ready = Some(Ready { key, candidates, asked: None, bricks });
+        Ok(())
     }
 
     /// Has the cuts of a plan's field at hand, unless something newer comes.
@@ -543,10 +585,7 @@ impl Drawer {
         self.advance_cuts(plan)?;
         let Some((key, job)) = self.cuts.under_way.take() else { return Ok(()) };
         match job.wait(&mut self.engines, observer)? {
-            Some(found) => {
-                self.take_cuts(key, found);
-                Ok(())
-            }
+            Some(found) => self.take_cuts(key, found),
             None => {
                 self.cuts.under_way = Some((key, job));
                 Err(DrawError::Interrupted)
@@ -556,10 +595,9 @@ impl Drawer {
 
     /// Whether cuts of a plan's field are at hand.
     pub(super) fn has_cuts(&self, plan: &Plan) -> bool {
-        let holds_levels = |field: &Field| self.engines.native.holds_levels(&field.volume);
-        self.is_native()
-            && why_no_cut(plan).is_none()
-            && plan.field().is_some_and(holds_levels)
+        self.may_cut(plan)
+            && self.has_room_for_means(SlabField::Own)
+            && plan.field().is_some_and(|field| self.holds_levels(&field.volume))
             && !self.cuts.of(plan).is_empty()
     }
 
@@ -570,9 +608,7 @@ impl Drawer {
             return None;
         }
         let has_none = || match () {
-            () if !self.is_native() || !self.engines.native.draws_cuts() => {
-                "the engine that draws has none"
-            }
+            () if let Some(why) = self.why_engine_has_none(plan) => why,
             () if self.cuts.ready.as_ref().is_some_and(|ready| ready.key.is_of(plan)) => {
                 "the volume is too small for means, or memory for them is short"
             }
@@ -606,7 +642,7 @@ impl Drawer {
         };
         let mut best = (of_whole, whole);
         for field in [SlabField::Own, SlabField::Preview] {
-            if !self.is_at_hand(plan, field) {
+            if !self.is_at_hand(plan, field) || !self.has_room_for_means(field) {
                 continue;
             }
             for number in 0..self.cuts.of(plan).len() {
@@ -678,7 +714,9 @@ impl Drawer {
             if !self.is_at_hand(plan, field) {
                 continue;
             }
-            let numbers = (0..).take(self.cuts.of(plan).len()).map(Some);
+            let has_room = self.has_room_for_means(field);
+            let cuts = if has_room { self.cuts.of(plan).len() } else { 0 };
+            let numbers = (0..).take(cuts).map(Some);
             for cut in std::iter::once(None).chain(numbers) {
                 let share = cut.map_or(1.0, |number| self.cuts.share(number, field));
                 let shrink = self.affordable_at(field, share, plan.size, budget_ms);
@@ -730,10 +768,16 @@ mod tests {
         // Coarser ones cost less.
         for pair in found.windows(2) {
             assert!(
-                pair[1].shares[0] <= pair[0].shares[0] && pair[1].shares[1] <= pair[0].shares[1]
+                pair[1]
+                    .shares
+                    .as_flattened()
+                    .iter()
+                    .zip(pair[0].shares.as_flattened())
+                    .all(|(b, a)| b <= a)
             );
         }
-        assert!(found[4].shares[0] < 0.5 * WORK[0][0]);
+        assert!(found[4].shares[0][0] < 0.5 * WORK[0][0][0]);
+        assert!(found[4].shares[1][0] > found[4].shares[0][0], "each engine has its own");
     }
 
     #[test]

@@ -84,6 +84,8 @@ impl Drawer {
             EngineKind::Native => (native, gpu),
             EngineKind::Gpu => (gpu, native),
         };
+        let mut cuts = FieldCuts::default();
+        cuts.turn_to(engine);
         Self {
             engines,
             costs,
@@ -94,7 +96,7 @@ impl Drawer {
             last_shrink: 2.0,
             last_fit: None,
             last_reduction: None,
-            cuts: FieldCuts::default(),
+            cuts,
             field: slabs::FieldJob::default(),
             vectors: VectorJob::default(),
             keeps_cut: false,
@@ -180,6 +182,7 @@ impl Drawer {
         let engine = self.engines.of_plan(plan);
         if self.engine != engine {
             std::mem::swap(&mut self.costs, &mut self.other_costs);
+            self.cuts.turn_to(engine);
             (self.engine, self.last_reduction) = (engine, None);
         }
     }
@@ -191,6 +194,7 @@ impl Drawer {
         let done = work(self);
         (self.engine, self.costs, self.other_costs) = prices;
         (self.last_shrink, self.last_reduction) = (shrink, reduction);
+        self.cuts.turn_to(self.engine);
         done
     }
 

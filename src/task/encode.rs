@@ -141,7 +141,7 @@ pub struct Asked {
 /// Each round is `told`, which may break it off. Whether the errors are those that were asked for says
 /// [`Encoded::is_as_near_as_asked_for`]; a file is never longer than asked for.
 ///
-/// An `earlier` fit of the same field is gone on from ([`resume`]): the greatest error is never above its own. Its functions
+/// An `earlier` fit of the same field is gone on from ([`crate::rbf::resume`]): the greatest error is never above its own. Its functions
 /// come back as they are where they reach the goal already, and where nothing nearer is found. Whether it is one of this field
 /// is told by how many samples there are, by their box, and by its errors, which have to be found again. Names may have
 /// changed.
@@ -177,7 +177,6 @@ pub fn encode_field(
     let is_there = where_it_is((grid, field, &samples), &lattice, ticket)?;
     let most = asked.bytes.map_or(u64::MAX, |bytes| bytes / PARTS_OF_COVER);
     let most = most.min(COVER_BYTES);
-    #[expect(clippy::cast_possible_truncation, reason = "a kilobyte at most")]
     let cover = Cover::of(lattice.dims, &is_there, most as usize);
     let source = Source {
         name: name.to_owned(),

@@ -420,7 +420,8 @@ impl Drawer {
         let rays = f64::from(smaller[0]) * f64::from(smaller[1]);
         let of_cut = rays * self.cuts.share(number, field);
         let longer = (drawn.wall_ms / self.costs.reduced_ms(field, of_cut)).clamp(0.25, 4.0);
-        if !self.cuts.learn(Some((field, longer))) {
+        // The next one will not wait for a compiler.
+        if !drawn.made_pipelines && !self.cuts.learn(Some((field, longer))) {
             self.costs.learn_reduced(field, of_cut, drawn.wall_ms);
             self.costs.hold_fields_together(field);
         }

@@ -136,6 +136,7 @@ impl Drawer {
         let (view, enlarged) = (plan.view(), plan.enlarged);
         let has_field = plan.field().is_some();
         self.prepare_field(plan, which, observer)?;
+        self.engines.gpu()?.put_cut(plan)?;
         self.engines.gpu()?.make_polygon_lists(plan, &view)?;
         let constants = PictureConstants {
             unit_distance: plan.frame.unit_distance,
@@ -169,8 +170,8 @@ impl Drawer {
             drawn.kernels = splats;
         }
         drawn.made_pipelines = self.engines.gpu()?.pipeline_count() != pipelines;
-        // The next one will not wait for a compiler.
-        if !drawn.made_pipelines {
+        // The next one will not wait for a compiler, and what a cut takes is not what all of the field does.
+        if !drawn.made_pipelines && plan.cut.is_none() {
             self.learn_slabs((plan, which), (drawn.wall_ms, drawn.lists_ms), visits);
         }
         Ok(Drawn { is_shaded: has_field, ..drawn })

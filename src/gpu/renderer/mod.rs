@@ -25,6 +25,7 @@ use crate::gpu::device_volume::DeviceVolume;
 use crate::gpu::frame::{self, Pass, PassTime};
 use crate::gpu::gather::Gathering;
 use crate::gpu::inside::Opening;
+use crate::gpu::levels::DeviceLevels;
 use crate::gpu::meshes::MeshTable;
 use crate::gpu::octree::BrickBuffers;
 use crate::gpu::pipelines::{Pipelines, SplatVariant};
@@ -39,8 +40,7 @@ use crate::gpu::timing::Timer;
 use crate::gpu::vectors::DeviceVectors;
 use crate::gpu::{GpuError, layout, shader};
 use crate::kernel::{Coefficients, Kernel, Subdivisions};
-use crate::plan::Plan;
-use crate::plan::SlabField;
+use crate::plan::{COARSER, FieldCut, Plan, SlabField};
 use crate::scene::{SplatSettings, View};
 use crate::transfer::Cumulative;
 use crate::volume::ScalarVolume;
@@ -88,6 +88,10 @@ pub struct Renderer {
     pub(super) polygons: Option<DevicePolygons>,
     /// Those of the picture before.
     pub(super) polygons_before: Option<DevicePolygons>,
+    /// Means of a volume, from the first cut of its field on.
+    pub(super) levels: Option<DeviceLevels>,
+    /// The cut that slabs are of.
+    cut: Option<Arc<FieldCut>>,
     /// Of passes that came before the picture was begun.
     times_before: Vec<PassTime>,
     times: Vec<PassTime>,
@@ -158,6 +162,8 @@ impl Renderer {
             bricks: None,
             polygons: None,
             polygons_before: None,
+            levels: None,
+            cut: None,
             times_before: Vec::new(),
             times: Vec::new(),
             peak_bytes: 0,
@@ -308,11 +314,49 @@ impl Renderer {
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<(), GpuError> {
+        drop(self.levels.take_if(|levels| !levels.are_of(volume)));
         let slabs = &mut self.slabs[which as usize];
         slabs.set_field(&self.context, volume, settings, coefficients, ticket)?;
         self.upload_count += 1;
         self.note_bytes();
         self.context.check()
+    }
+
+    /// Brings means of 2³ and of 4³ samples of a volume to the device, for cuts of its fields. They are let go of with the volume.
+    ///
+    /// # Errors
+    /// Too large, cancelled, or a failing device.
+    pub fn set_levels(
+        &mut self,
+        volume: &Arc<ScalarVolume>,
+        means: &[Coefficients; COARSER],
+        ticket: &Ticket,
+    ) -> Result<(), GpuError> {
+        // The old ones go first: two need not fit.
+        self.levels = None;
+        self.levels = Some(DeviceLevels::upload(&self.context, volume, means, ticket)?);
+        self.note_bytes();
+        self.context.check()
+    }
+
+    /// Whether the means of a volume are there.
+    pub fn holds_levels(&self, volume: &Arc<ScalarVolume>) -> bool {
+        self.levels.as_ref().is_some_and(|levels| levels.are_of(volume))
+    }
+
+    /// Whether cuts of a field that was set can be drawn.
+    pub fn takes_cuts(&self, which: SlabField) -> bool {
+        self.slabs[which as usize].takes_cuts()
+    }
+
+    /// Bricks of a cut along each axis of the scene's own field, and those in which anything may show.
+    pub fn shown_bricks(&self) -> Option<([usize; 3], Vec<u32>)> {
+        self.slabs[SlabField::Own as usize].shown_bricks()
+    }
+
+    /// Those in which the scene's own field may have any of some values, as isosurfaces do.
+    pub fn passed_bricks(&self, levels: &[f64]) -> Vec<u32> {
+        self.slabs[SlabField::Own as usize].passed_bricks(levels)
     }
 
     /// Sets the classification of a field that was set, for steps of up to `reach` voxels between
@@ -407,6 +451,15 @@ impl Renderer {
         if !slabs.write(&self.context, view, settings, picture, &tiles, looks) {
             return Err(GpuError::Device("slabs came before their field".to_owned()));
         }
+        if let Some(cut) = &self.cut {
+            let levels = self.levels.as_mut().filter(|levels| slabs.is_of(levels));
+            let (Some(levels), Some(values), true) = (levels, slabs.values(), slabs.takes_cuts())
+            else {
+                let what = "a cut came before the means of its field, or of a field that has none";
+                return Err(GpuError::Device(what.to_owned()));
+            };
+            levels.set_cut(&self.context, cut, values)?;
+        }
         let projects = looks.variant(false).projects();
         let wall_ms = self.run(&frame::slab_piece(tiles.len() as u32, projects))?;
         self.check_loops()?;
@@ -427,12 +480,23 @@ impl Renderer {
             (Some(vectors), Some(lists)) if self.slabs_have_vectors => Some((vectors, lists)),
             _ => None,
         };
-        let beside = Beside { vectors, polygons: self.polygons.as_ref() };
+        let levels = self.levels.as_ref().filter(|_| self.cut.is_some());
+        let beside = Beside { vectors, polygons: self.polygons.as_ref(), levels };
         let device = (&self.context, &mut self.pipelines);
         let into = (&light, &self.totals);
         let what = (tiles, variant, beside);
         let slabs = &self.slabs[self.slab_field as usize];
         slabs.encode(device, encoder, &self.slab_settings, into, what, clock);
+    }
+
+    /// Whether slabs are of a plan's cut of its field, from now on.
+    ///
+    /// # Errors
+    /// A plan of which no cuts are drawn.
+    pub fn put_cut(&mut self, plan: &Plan) -> Result<(), GpuError> {
+        crate::gpu::supports(plan)?;
+        self.cut.clone_from(&plan.cut);
+        Ok(())
     }
 
     /// Takes what a plan says besides its samples, until [`Renderer::end_plan`]: lights and shading tables, what
@@ -441,7 +505,7 @@ impl Renderer {
     /// # Errors
     /// See [`crate::gpu::supports()`]; too many polygons, or a failing device.
     pub fn begin_plan(&mut self, plan: &Plan) -> Result<(), GpuError> {
-        crate::gpu::supports(plan)?;
+        self.put_cut(plan)?;
         self.shade = Shade::of(plan);
         self.inside = Opening::of(plan);
         self.put_vectors_in_slabs(false);
@@ -454,7 +518,7 @@ impl Renderer {
     /// Nothing of a plan decides what is drawn from now on. Its picture stays, and what it may have in common with
     /// the next.
     pub fn end_plan(&mut self) {
-        (self.shade, self.inside) = (None, None);
+        (self.shade, self.inside, self.cut) = (None, None, None);
         self.put_vectors_in_slabs(false);
         if let Some(polygons) = self.polygons.take() {
             self.polygons_before = Some(polygons);
@@ -577,6 +641,7 @@ impl Renderer {
             + slabs
             + self.gathering.shading_bytes()
             + self.shaded.size_bytes()
+            + self.levels.as_ref().map_or(0, DeviceLevels::size_bytes)
     }
 
     /// Of them, what lists take: octree cuts and vectors share them.

@@ -27,6 +27,7 @@ impl Renderer {
         }
         // The old one goes first: two need not fit.
         self.volume = None;
+        drop(self.levels.take_if(|levels| !levels.are_of(volume)));
         self.shaded.clear();
         self.slabs.iter_mut().for_each(SlabPass::clear);
         if volume.lattice.dims.iter().any(|&n| n > 0xffff) {
