@@ -22,6 +22,7 @@ use voxsplat::scene::{
     self, AlongRay, Backend, Inside, Isosurface, PolygonLayer, SampleSource, Scene, ShadingPreset,
     SplatSettings, VectorLayer, Visibility, framing_camera,
 };
+use voxsplat::task::cuts::why_no_cut_of;
 use voxsplat::task::draw::{DrawError, Drawer, Drawn, Rung};
 use voxsplat::volume::{Component, Lattice, Samples, ScalarVolume, demo};
 
@@ -31,6 +32,8 @@ const RUNS: usize = 7;
 const LONG_MS: f64 = 2000.0;
 /// Of a quick picture, milliseconds.
 const BUDGETS_MS: [f64; 2] = [8.0, 16.0];
+/// Greatest errors of bricks that means stand for, of pictures drawn from cuts of a field.
+const CUTS: [f32; 2] = [0.002, 0.016];
 
 fn main() {
     let asked = Asked::of(std::env::args().skip(1));
@@ -182,7 +185,10 @@ fn rows(drawer: &mut Drawer, volume: &Arc<ScalarVolume>, size: [u32; 2], only: &
         }
         let budgets = if quickly { &BUDGETS_MS[..] } else { &[] };
         let quick = budgets.iter().map(|&budget_ms| Rung::Coarse { budget_ms });
-        for rung in std::iter::once(Rung::Full).chain(quick) {
+        let has_cuts = quickly && why_no_cut_of(&scene).is_none();
+        let cuts = has_cuts.then_some(CUTS).into_iter().flatten();
+        let cuts = cuts.map(|max_error| Rung::Bricks { max_error });
+        for rung in std::iter::once(Rung::Full).chain(quick).chain(cuts) {
             let row = match measure(drawer, &scene, size, rung) {
                 Ok(row) => row,
                 Err(error) => format!("| NAME, {} | – | – | {error} |\n", words(rung)),
@@ -197,6 +203,7 @@ fn rows(drawer: &mut Drawer, volume: &Arc<ScalarVolume>, size: [u32; 2], only: &
 fn words(rung: Rung) -> String {
     match rung {
         Rung::Coarse { budget_ms } => format!("quick, {budget_ms} ms"),
+        Rung::Bricks { max_error } => format!("bricks within {max_error}"),
         _ => "exact".to_owned(),
     }
 }

@@ -6,7 +6,8 @@
 //! the test tells what is measured), with ` by native` behind a name for that engine alone. `VOXSPLAT_TABLE_BITS=FILE`
 //! has the bits of every row by the GPU engine written to a file; `bits-llvmpipe.txt` is such a one. A device is required;
 //! with `VOXSPLAT_GPU=allow-skip` the native engine's rows are judged without one, and what is left out is counted and
-//! printed.
+//! printed. `VOXSPLAT_TABLE_SHARE=I/N` has a process draw one row in N, where an adapter's compiler takes long: then the
+//! test of nearness alone is of use, since the others know all rows.
 
 mod bits;
 mod cells;

@@ -249,8 +249,21 @@ fn in_modes<const N: usize>(field: Field, parts: &[Part], modes: [SplatSettings;
     modes.map(|mode| Row::new(field, parts, mode)).to_vec()
 }
 
-/// Every row.
+/// `I/N` has this process draw one row in N alone, from the I-th on: others draw the rest beside it.
+const SHARE: &str = "VOXSPLAT_TABLE_SHARE";
+
+/// Every row, or those of this process.
 pub(crate) fn rows() -> Vec<Row> {
+    let all = all();
+    let Some(share) = std::env::var_os(SHARE) else { return all };
+    let numbers = share.to_str().and_then(|share| share.split_once('/'));
+    let numbers = numbers.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    let (first, step): (usize, usize) = numbers.expect("I/N");
+    println!("skipped all but one row in {step} of {}, for other processes", all.len());
+    all.into_iter().skip(first).step_by(step).collect()
+}
+
+fn all() -> Vec<Row> {
     [
         fields(),
         reconstructed(),
