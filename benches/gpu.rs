@@ -257,6 +257,10 @@ fn measure(
     let [width, height] = drawn.size;
     let what = match rung {
         Rung::Coarse { .. } => format!("{width} × {height}"),
+        Rung::Bricks { .. } if let Some(cut) = drawn.cut => {
+            format!("{:?} of each level", cut.bricks)
+        }
+        Rung::Bricks { .. } => "means not yet at hand: of the whole field".to_owned(),
         _ => format!("first {first_ms:.0} ms"),
     };
     let (kind, passes) = (words(rung), passes.join(", "));

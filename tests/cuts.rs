@@ -7,7 +7,7 @@ use std::time::Duration;
 use glam::Vec3;
 use voxsplat::accuracy;
 use voxsplat::core::{Projection, Ticket};
-use voxsplat::gpu::{GpuError, Wishes};
+use voxsplat::gpu::{GpuError, OctreeBuilder, Wishes};
 use voxsplat::hierarchy::{BrickErrors, Means};
 use voxsplat::plan::{EMPTY, FieldCut, Plan};
 use voxsplat::polygons::Mesh;
@@ -308,7 +308,9 @@ fn means_lie_beside_a_field_of_several_chunks_and_are_refused_where_they_have_no
     // With borders the field has 52³ samples, two a word.
     let within = |part: u64| {
         let most = (4 * 52_u64.pow(3)).div_ceil(part).next_multiple_of(16);
-        Wishes { most_binding_bytes: Some(most), ..Wishes::default() }
+        // Octrees that devices build need more in one buffer.
+        let octrees = Some(OctreeBuilder::Host);
+        Wishes { most_binding_bytes: Some(most), octrees, ..Wishes::default() }
     };
     for chunks in [2, 3] {
         let same = of_cut(EngineChoice::Gpu, &scene, &cut, size, within(2 * chunks));

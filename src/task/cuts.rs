@@ -444,7 +444,9 @@ impl FieldCuts {
     /// Finds the cut of a plan's field whose bricks are off by no more than an error.
     pub(super) fn ask(&mut self, plan: &Plan, max_error: f32) -> Option<CutNumber> {
         let ready = self.ready.as_mut().filter(|ready| ready.key.is_of(plan))?;
-        ready.asked = Some(ready.bricks.as_ref()?.candidate(max_error));
+        if ready.asked.as_ref().is_none_or(|asked| asked.max_error != max_error) {
+            ready.asked = Some(ready.bricks.as_ref()?.candidate(max_error));
+        }
         Some(ASKED)
     }
 

@@ -20,6 +20,11 @@ const PIXELS: f64 = 16_384.0;
 /// steps of a transfer function are no series.
 const LEFT: [f64; 2] = [0.05, 0.75];
 
+/// Whether [`of_finished`] looks at the picture itself.
+pub(super) fn needs_light(plan: &Plan) -> bool {
+    plan.way != Way::Nothing && plan.mode.visibility != Visibility::Slabs
+}
+
 /// What the finished picture of a plan is off by: RMSE over RGB, linear light, over black. Against the converged one of
 /// its mode; where that has no slabs, against that of the exact mode, and `light` is the picture itself. 0 where
 /// neither values nor vectors are on it. The engine's picture is another one afterwards.
@@ -35,7 +40,7 @@ pub(super) fn of_finished(
     if plan.way == Way::Nothing {
         return Ok(0.0);
     }
-    if plan.mode.visibility != Visibility::Slabs {
+    if needs_light(plan) {
         return of_shown(drawer, plan, light, observer);
     }
     let series = Series::of(plan.mode.slabs_per_voxel);

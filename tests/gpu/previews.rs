@@ -9,7 +9,7 @@ use voxsplat::gpu::{PictureConstants, Renderer, SlabField, Wishes, tile_count};
 use voxsplat::kernel::{Kernel, coefficients};
 use voxsplat::plan::Plan;
 use voxsplat::reference::Rays;
-use voxsplat::scene::{Reconstruction, Scene, SplatSettings, View};
+use voxsplat::scene::{Moving, Reconstruction, Scene, SplatSettings, View};
 use voxsplat::task::cost::Costs;
 use voxsplat::task::draw::{Drawer, Drawn, Rung};
 use voxsplat::transfer::presets;
@@ -163,6 +163,7 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
     let Some(context) = context(Wishes::default()) else { return };
     let mut drawer = Drawer::new(Renderer::new(context));
     let mut scene = exact();
+    scene.splat.cut.moving = Moving::Subsampled;
     let size = [480, 400];
     drawn(&mut drawer, &scene, size, Rung::Full);
     // Sizes change by eighths: the sixth roots of 2.
@@ -234,7 +235,8 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
 fn a_thousandth_of_a_second_affords_the_smallest_picture_and_ten_seconds_the_whole_one() {
     let Some(context) = context(Wishes::default()) else { return };
     let mut drawer = Drawer::new(Renderer::new(context));
-    let (scene, ticket) = (exact(), Ticket::new());
+    let (mut scene, ticket) = (exact(), Ticket::new());
+    scene.splat.cut.moving = Moving::Subsampled;
     drawn(&mut drawer, &scene, SIZE, Rung::Full);
     let tents = coefficients(volume_of(&scene), Kernel::Linear, None, true, &ticket).expect("made");
     let preview = SlabField::Preview;

@@ -24,22 +24,28 @@ impl Worker {
     }
 
     /// Measures what the last picture of a view is off by, unless something newer comes, and publishes it again with
-    /// that. Its light is on the device, and is not afterwards.
+    /// that. The light on the device is another one afterwards.
     pub(super) fn tell_remaining(&mut self, last: LastOfView) -> Result<(), DrawError> {
         let LastOfView { request, picture } = last;
         if picture.report.remaining_rmse.is_some() || picture.size != request.size {
             return Ok(());
         }
-        if !self.holds_finished {
-            let manner = Manner::InPieces { show_partial: false, before: 1.0, after: 1.0 };
-            self.drawn(&request, Rung::Full, manner)?;
-        }
-        let light = self.device()?.engines.read_light()?;
+        let plan = request.plan();
+        let light = match remaining::needs_light(&plan) {
+            true => {
+                if !self.holds_finished {
+                    let manner = Manner::InPieces { show_partial: false, before: 1.0, after: 1.0 };
+                    self.drawn(&request, Rung::Full, manner)?;
+                }
+                self.device()?.engines.read_light()?
+            }
+            false => Vec::new(),
+        };
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         self.holds_finished = false;
         let manner = Manner::InPieces { show_partial: false, before: 1.0, after: 1.0 };
         let mut watch = Watch::new(self, &request, manner, &drawer);
-        let found = remaining::of_finished(&mut drawer, &request.plan(), &light, &mut watch);
+        let found = remaining::of_finished(&mut drawer, &plan, &light, &mut watch);
         self.drawer = Some(drawer);
         let rmse = match found {
             Ok(rmse) => rmse,

@@ -73,9 +73,13 @@ impl Worker {
                 // that is there already.
                 let ladder = if finished.is_some() { Ladder::AtOnce } else { ladder };
                 if let Some((seen, full)) = finished
-                    && seen.effort != request.effort
                     && ends_in_full(request, full.report.frame_ms)
                 {
+                    if seen.effort == request.effort && full.report.remaining_rmse.is_none() {
+                        // A still came while it was looked at for what it is off by.
+                        self.finished = Some((seen, full));
+                        return self.tell_remaining_of_full();
+                    }
                     let mut again = (*full).clone();
                     note_refined(request, &mut again);
                     let again = Arc::new(again);
