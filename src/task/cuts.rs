@@ -35,11 +35,13 @@ use by_engine::Stored;
 const ERRORS: [f32; 5] = [0.001, 0.002, 0.004, 0.008, 0.016];
 /// Time that a brick of each level takes, as a share of one of the whole field: where that is B-splines, and where it is
 /// tents. Looking up the level is in it. By engine: of the native one fitted to three scans (`benches/results/cuts.md`); of the GPU
-/// engine a guess from what its rays fetch, 32 words a face of B-splines and 4 one of tents or means, with as much again for rays
-/// that wait for those beside them: not measured on any device. What pictures take moves either (`FieldCuts::learn`).
+/// engine fitted to shells and two scans on an H200 (`benches/results/gpu-NVIDIA-H200--vulkan-.md`), where a third scan, of thin
+/// vessels, gains a tenth at most; its tents are a guess. What pictures take moves either (`FieldCuts::learn`).
 const WORK: [[[f64; COARSER + 1]; 2]; 2] =
-    [[[0.95, 0.4, 0.18], [1.05, 0.5, 0.27]], [[1.0, 0.4, 0.25], [1.05, 0.7, 0.4]]];
-/// A picture's RMSE as a share of what its bricks' errors would come to if nothing hid them. A guess: not yet fitted.
+    [[[0.95, 0.4, 0.18], [1.05, 0.5, 0.27]], [[1.0, 0.7, 0.35], [1.05, 0.9, 0.6]]];
+/// A picture's RMSE as a share of what its bricks' errors would come to if nothing hid them. It differs from scan to scan, and
+/// the least errors add up along rays: what is thought is 8 dB too good to 12 too bad (`benches/results/cuts.md`), and the choice
+/// by it within 1.3 dB of the best.
 const SEEN_SHARE: f64 = 0.5;
 /// What is lost by leaving out pixels grows with the distance between them, as this power of it: 1.2 to 1.4 on three scans.
 const SAMPLING_GROWTH: f64 = 1.35;
