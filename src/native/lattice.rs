@@ -445,6 +445,7 @@ impl Lattice {
         )
     }
 
+    /// Written out rather than with closures: those that are not inlined are compiled without the instructions of `S`.
     #[inline(always)]
     fn growth_of_tents_here<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
         let (cell, [fx, fy, fz]) = self.cell(simd, place);
@@ -453,29 +454,45 @@ impl Lattice {
         let (row, plane) = (self.row, self.plane);
         // Of the 4 × 4 rows from one before the cell to one behind it: those at its corners, and the two that lie beyond
         // either side of it.
-        let beside = |[_, a, b, _]: [Lanes<S>; 4]| between(a, b, fx);
         let low = [self.row(simd, at, row + plane), self.row(simd, at, 2 * row + plane)];
         let high = [self.row(simd, at, row + 2 * plane), self.row(simd, at, 2 * row + 2 * plane)];
-        let corners = [beside(low[0]), beside(low[1]), beside(high[0]), beside(high[1])];
-        let along_y = |plane: i32, inner: [Lanes<S>; 2]| {
-            let before = beside(self.row(simd, at, plane));
-            let behind = beside(self.row(simd, at, 3 * row + plane));
-            dot([before, inner[0], inner[1], behind], dy)
-        };
-        let along_z = |row: i32, inner: [Lanes<S>; 2]| {
-            let before = beside(self.row(simd, at, row));
-            let behind = beside(self.row(simd, at, row + 3 * plane));
-            dot([before, inner[0], inner[1], behind], dz)
-        };
+        let a = inner(low[0], fx);
+        let b = inner(low[1], fx);
+        let c = inner(high[0], fx);
+        let d = inner(high[1], fx);
         let x = between(
             between(dot(low[0], dx), dot(low[1], dx), fy),
             between(dot(high[0], dx), dot(high[1], dx), fy),
             fz,
         );
-        let [a, b, c, d] = corners;
-        let y = between(along_y(plane, [a, b]), along_y(2 * plane, [c, d]), fz);
-        let z = between(along_z(row, [a, c]), along_z(2 * row, [b, d]), fy);
+        let y = between(
+            self.growth_across(simd, at, [plane, row], [a, b], fx, dy),
+            self.growth_across(simd, at, [2 * plane, row], [c, d], fx, dy),
+            fz,
+        );
+        let z = between(
+            self.growth_across(simd, at, [row, plane], [a, c], fx, dz),
+            self.growth_across(simd, at, [2 * row, plane], [b, d], fx, dz),
+            fy,
+        );
         Vec3 { x, y, z }
+    }
+
+    /// Growth along the axis whose samples lie `step` apart, of values found `fx` along rows: `inside`, which are at hand,
+    /// and those of the rows before and behind them, the first of which lies `offset` from `at`.
+    #[inline(always)]
+    fn growth_across<S: Simd>(
+        &self,
+        simd: S,
+        at: [i32; LANES],
+        [offset, step]: [i32; 2],
+        inside: [Lanes<S>; 2],
+        fx: Lanes<S>,
+        by: [Lanes<S>; 4],
+    ) -> Lanes<S> {
+        let before = inner(self.row(simd, at, offset), fx);
+        let behind = inner(self.row(simd, at, offset + 3 * step), fx);
+        dot([before, inside[0], inside[1], behind], by)
     }
 
     /// Whether a growth costs little where its value is found.
@@ -719,6 +736,12 @@ fn about<S: Simd>(simd: S, f: Lanes<S>) -> [Lanes<S>; 4] {
 #[inline(always)]
 fn between<S: Simd>(from: Lanes<S>, to: Lanes<S>, share: Lanes<S>) -> Lanes<S> {
     (to - from).mul_add(share, from)
+}
+
+/// The tent's value of a row of four samples, `f` of the way from the second to the third.
+#[inline(always)]
+fn inner<S: Simd>([_, a, b, _]: [Lanes<S>; 4], f: Lanes<S>) -> Lanes<S> {
+    between(a, b, f)
 }
 
 /// The sample nearest to a place, along an axis of `n`.
