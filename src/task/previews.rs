@@ -384,7 +384,7 @@ impl Drawer {
     ) -> Result<Drawn, DrawError> {
         let smaller = shrunk(plan.size, shrink);
         let found = cut.and_then(|number| Some((number, self.cuts.numbered(number)?)));
-        let found = found.map(|(number, (cut, max_error))| (number, Arc::clone(cut), max_error));
+        let found = found.map(|(number, (cut, levels))| (number, cut, levels));
         let with_cut = |plan: Plan| match &found {
             None => plan,
             // Slabs are as thick as the samples are wide, and laid down near to far: the light is the same either way.
@@ -412,9 +412,11 @@ impl Drawer {
             }
             SlabField::Own => self.full(&plan.at_size(smaller, 1.0), observer),
         }?;
-        let Some((number, cut, max_error)) = found else {
+        let field_rmse = self.cuts.stand_in_rmse(plan, field, None);
+        let drawn = Drawn { is_reduced: true, field, field_rmse, ..drawn };
+        let Some((number, _, levels)) = found else {
             self.cuts.learn(None);
-            return Ok(Drawn { is_reduced: true, field, ..drawn });
+            return Ok(Drawn { awaits_cut: self.awaits_cuts(plan), ..drawn });
         };
         // What all of the field was thought to cost is not touched by what a cut of it does, but where that explains nothing.
         let rays = f64::from(smaller[0]) * f64::from(smaller[1]);
@@ -426,9 +428,10 @@ impl Drawer {
             self.costs.hold_fields_together(field);
         }
         self.kept_bricks = self.keeps_cut.then_some(number);
-        let cut =
-            CutLevels { max_error, rmse: self.cuts.cut_rmse(number, plan), bricks: cut.counts() };
-        Ok(Drawn { is_reduced: true, field, cut: Some(cut), ..drawn })
+        let of_cut = self.cuts.stand_in_rmse(plan, field, Some(number));
+        let rmse = (of_cut * of_cut - field_rmse * field_rmse).max(0.0).sqrt();
+        let cut = CutLevels { rmse, ..levels };
+        Ok(Drawn { cut: Some(cut), ..drawn })
     }
 }
 
