@@ -35,6 +35,10 @@ const BLUR_SHARE: f64 = 0.12;
 /// What shading before reconstruction costs even with every voxel drawn: 0.0009 to 0.028 there, 0.01
 /// to 0.05 on scans (design.md §1).
 const SHADE_FIRST_RMSE: f64 = 0.01;
+/// RMSE of every voxel as a point, which leaves holes: 0.35 of a head and 0.16 of a scan (`docs/reproductions.md`).
+const POINTS_RMSE: f64 = 0.23;
+/// And as a box: 0.09 and 0.05 there.
+const NEAREST_RMSE: f64 = 0.07;
 /// No estimate begins below this: bytes hardly show it.
 const LEAST_RMSE: f64 = 1e-3;
 /// Share of the way that a check takes the gain towards what would have been right; the first one of
@@ -88,6 +92,13 @@ pub enum Coarseness {
         /// What a cut of it is thought to cost, where it is one.
         cut_rmse: Option<f64>,
     },
+    /// Every so many-th sample, averaged: a cut of the octree that nobody fitted.
+    Subsampled {
+        /// The greatest error of its nodes.
+        max_error: f32,
+    },
+    /// Every voxel with a cheaper kernel than the mode's.
+    Cheaper(Kernel),
     /// A scene with vectors, smaller.
     Vectors {
         /// See [`sampling_rmse`].
@@ -110,11 +121,26 @@ impl Coarseness {
         rgba: &[u8],
     ) -> Option<Self> {
         match rung {
-            Rung::Coarse { .. } if !drawn.is_reduced => {
-                let &Drawn { max_error, missing_rmse, .. } = drawn;
-                Some(Self::Octree { max_error, missing_rmse })
+            Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_)
+                if drawn.is_reduced => {}
+            Rung::Subsampled { .. } => {
+                return Some(Self::Subsampled { max_error: drawn.max_error });
             }
-            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Bricks { .. } => {
+            Rung::Cheaper(kernel) => return Some(Self::Cheaper(kernel)),
+            _ => {}
+        }
+        match rung {
+            Rung::Coarse { .. } | Rung::Octree { .. } if !drawn.is_reduced => {
+                let &Drawn { max_error, missing_rmse, .. } = drawn;
+                // What it leaves out of a scene, nobody has seen: as much light, it is thought, as is there.
+                let left_out = match plan.kernels.is_empty() {
+                    true => 0.0,
+                    false => light_rms(plan.background, rgba),
+                };
+                Some(Self::Octree { max_error, missing_rmse: missing_rmse.hypot(left_out) })
+            }
+            Rung::Full => None,
+            _ => {
                 let is_smaller = shrink > 1.0;
                 if !is_smaller && drawn.is_of_own() {
                     // The finished picture.
@@ -134,10 +160,9 @@ impl Coarseness {
                     return Some(Self::Vectors { sampling_rmse, marks_rmse, are_means });
                 }
                 let cut_rmse = drawn.cut.map(|cut| cut.rmse);
-                let field_rmse = field_rmse(plan, drawn.field);
-                Some(Self::Reduced { sampling_rmse, field: drawn.field, field_rmse, cut_rmse })
+                let &Drawn { field, field_rmse, .. } = drawn;
+                Some(Self::Reduced { sampling_rmse, field, field_rmse, cut_rmse })
             }
-            _ => None,
         }
     }
 
@@ -148,6 +173,9 @@ impl Coarseness {
             Self::Reduced { field: SlabField::Own, .. } => 1,
             Self::Reduced { field: SlabField::Preview, .. } => 2,
             Self::Vectors { are_means, .. } => 3 + usize::from(are_means),
+            Self::Subsampled { .. } => 6,
+            Self::Cheaper(Kernel::Point) => 7,
+            Self::Cheaper(_) => 8,
         }
     }
 
@@ -161,7 +189,10 @@ impl Coarseness {
             Self::Vectors { sampling_rmse, marks_rmse, .. } => {
                 return marks_rmse.hypot(sampling_rmse);
             }
+            Self::Cheaper(Kernel::Point) => return POINTS_RMSE,
+            Self::Cheaper(_) => return NEAREST_RMSE,
             Self::Octree { max_error, missing_rmse } => (max_error, missing_rmse),
+            Self::Subsampled { max_error } => (max_error, 0.0),
         };
         let enlarged = PER_SHRINK * (shrink - 1.0).max(0.0);
         // Nor is any picture further off than black from white.
@@ -189,7 +220,7 @@ pub(super) fn field_rmse(plan: &Plan, field: SlabField) -> f64 {
 }
 
 /// Of coarseness.
-const KINDS: usize = 6;
+const KINDS: usize = 9;
 
 /// The model of a coarse picture's error: what its cut, its size and its shading are thought to
 /// cost, times a gain learnt from the finished pictures of the same volume and mode.
@@ -231,6 +262,23 @@ impl Estimator {
         let is_like = |of: &Plan| of.has_same_samples(plan) && of.mode == plan.mode;
         self.learnt_from.as_ref().is_some_and(is_like)
     }
+}
+
+/// What a picture in part is off by, of which a share is drawn, where a coarse one of the same view was shown before it,
+/// thought to be off by so much: as much as the two differ, less what that one lacks where the part has it.
+pub(super) fn part_rmse(part: &Picture, done: f64, coarse: Option<&Picture>) -> f64 {
+    let known = coarse.and_then(|coarse| Some((coarse, coarse.report.estimated_rmse?)));
+    let found = known.and_then(|(coarse, rmse)| {
+        let differ = shown_rmse(part, coarse).ok()?;
+        let of_rest = differ * differ - done * rmse * rmse;
+        // Nor is it nearer than a picture of which as much were coarse.
+        Some(of_rest.max((1.0 - done) * rmse * rmse).sqrt())
+    });
+    found.unwrap_or_else(|| {
+        // As bright as what is there.
+        let light = light_rms(Background::Transparent, &part.rgba);
+        light * ((1.0 - done) / done.max(1e-3)).sqrt()
+    })
 }
 
 /// RMSE between two pictures as they are shown at the size they were asked for: sRGB bytes enlarged
