@@ -29,6 +29,8 @@ pub(crate) enum Judged {
     In(SplatSettings),
     /// The kernels of the cut that it was drawn from.
     AsCut,
+    /// The cut of its field that it was drawn from.
+    AsBricks,
     /// Nothing: it is not drawn, and a sentence says why.
     Refused,
 }
@@ -110,7 +112,7 @@ impl Row {
         });
         match judged {
             Judged::In(_) => {}
-            Judged::AsCut => words.push("as cut".to_owned()),
+            Judged::AsCut | Judged::AsBricks => words.push("as cut".to_owned()),
             Judged::Refused => words.push("refused".to_owned()),
         }
         words.join("/")
@@ -278,6 +280,7 @@ fn all() -> Vec<Row> {
         from_within(),
         smaller_than_a_pixel(),
         cuts(),
+        bricks(),
         other_rungs(),
         refused(),
     ]
@@ -736,6 +739,40 @@ fn cuts() -> Vec<Row> {
     ] {
         rows.push(row(&SplatSettings { cut, ..EVERY_SAMPLE }).of(some).by_cut());
     }
+    rows
+}
+
+/// Cuts of a field beside what they can stand with, held to the reference's picture of the same cut, and to the scene.
+fn bricks() -> Vec<Row> {
+    use Part::{
+        Clip, CutFaces, Isosurfaces, Lights, NoData, OpaquePolygons, Slices, TranslucentPolygons,
+    };
+    let some = Rung::Bricks { max_error: 0.05 };
+    let of = |field: Field, parts: &[Part], mode: SplatSettings| {
+        let row = Row::new(field, parts, mode).of(some);
+        Row { judged: Judged::AsBricks, ..row }
+    };
+    let mut rows = Vec::new();
+    for parts in [
+        &[][..],
+        &[Lights],
+        &[Clip, CutFaces],
+        &[Slices, Lights],
+        &[Isosurfaces],
+        &[OpaquePolygons, TranslucentPolygons],
+    ] {
+        rows.extend(either_eye(vec![of(Field::Waves, parts, EXACT)]));
+    }
+    rows.extend([
+        of(Field::Waves, &[], with(Kernel::Linear, EXACT)),
+        of(Field::Waves, &[Lights], turned(EXACT)),
+        of(Field::Waves, &[], EXACT).from(Eye::Within),
+        of(Field::Sheared, &[Lights], EXACT),
+        of(Field::Stretched, &[], EXACT),
+        of(Field::NoiseFloat, &[NoData], EXACT),
+    ]);
+    let near = Rung::Bricks { max_error: 0.01 };
+    rows.extend([&[][..], &[Lights]].map(|parts| Row::new(Field::Waves, parts, EXACT).of(near)));
     rows
 }
 
