@@ -215,11 +215,13 @@ fn figure_3(page: &mut Page<'_>, drawer: &mut Drawer) -> Result<()> {
          correction a large splat is as clear as a small one.",
     );
     page.say(&format!(
-        "*A cut of the field* is what the exact mode's quick pictures are drawn from: here a field of {BLOCK_FIELD}³ samples, all 0 \
+"*A cut of the field* is what the exact mode's quick pictures are drawn from: here a field of {BLOCK_FIELD}³ samples, all 0 \
          but for a block of n³ of opacity α, by the samples, by tents through means of 2³ and of 4³ (which is the coarsest there \
          is: the last block is of eight of them). What is in brackets there is 1 − (1 − α)ⁿ. Values are classified after \
-         they are reconstructed and rays are integrated through them, so that nothing is to be corrected: a tent n voxels wide is n \
-         times as deep in its middle. The largest block is wider than its kernels, and flat in its middle as theirs cannot be.",
+         they are reconstructed, and rays are integrated through them, so that nothing is to be corrected: what is n voxels wide is about n \
+         times as deep. It is a little less in the middle of a tent, since opacity rather than depth runs straight from sample to sample, \
+         and pixels lie beside the tent's edge. A single sample has rings: the spline through it is below 0 next to it, where nothing shows, and \
+         above it again farther off.",
     ));
     Ok(())
 }
