@@ -519,6 +519,7 @@ impl FieldCuts {
 
     /// Finds the cut of a plan's field whose bricks are off by no more than an error.
     pub(super) fn ask(&mut self, plan: &Plan, max_error: f32) -> Option<CutNumber> {
+        self.take_arrived();
         let ready = self.ready.as_mut().filter(|ready| ready.key.is_of(plan))?;
         if ready.asked.as_ref().is_none_or(|asked| asked.max_error != max_error) {
             ready.asked = Some(ready.bricks.as_ref()?.candidate(max_error, self.arrived.finest()));
@@ -806,7 +807,8 @@ impl Drawer {
             if let Some(Coarseness::Reduced { sampling_rmse, .. }) =
                 Coarseness::of(plan, rung, &drawn, shrink, &shown)
             {
-                self.cuts.note_sampling(shrink, sampling_rmse);
+                let known = self.known_rmse(plan, &drawn)?;
+                self.note_sampling(shrink, &drawn, (known, sampling_rmse));
             }
         }
         let chosen = self.reduction(plan, budget_ms);

@@ -382,7 +382,7 @@ impl Drawer {
         Reduction { field, shrink, cut }: Reduction,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        let smaller = shrunk(plan.size, shrink);
+        let (smaller, enlarged) = (shrunk(plan.size, shrink), plan.enlarged * shrink);
         let found = cut.and_then(|number| Some((number, self.cuts.numbered(number)?)));
         let found = found.map(|(number, (cut, levels))| (number, cut, levels));
         let with_cut = |plan: Plan| match &found {
@@ -398,17 +398,17 @@ impl Drawer {
         let drawn = match field {
             SlabField::Preview => {
                 let mode = preview_mode(plan).unwrap_or(plan.mode);
-                let plan = with_cut(plan.in_mode(mode).at_size(smaller, shrink));
+                let plan = with_cut(plan.in_mode(mode).at_size(smaller, enlarged));
                 self.slabs_of(&plan, field, observer)
             }
             SlabField::Own if is_of_few_cells(plan) && shrink > 1.0 => {
                 let slabs_per_voxel = plan.mode.slabs_per_voxel.min(1.0) * cells_slabs(shrink);
                 let mode = SplatSettings { slabs_per_voxel, ..plan.mode };
-                let smaller = plan.in_mode(mode).at_size(smaller, shrink);
+                let smaller = plan.in_mode(mode).at_size(smaller, enlarged);
                 self.slabs_of(&with_cut(smaller), field, observer)
             }
             SlabField::Own if plan.way == Way::Slabs => {
-                self.slabs_of(&with_cut(plan.at_size(smaller, shrink)), field, observer)
+                self.slabs_of(&with_cut(plan.at_size(smaller, enlarged)), field, observer)
             }
             SlabField::Own => self.full(&plan.at_size(smaller, 1.0), observer),
         }?;

@@ -203,17 +203,17 @@ impl Series {
 
 /// Every so many-th pixel of a picture in both directions, by a camera that sees just these.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Every {
+pub(super) struct Every {
     size: [u32; 2],
     /// Odd, so that one pixel is in the middle of so many.
-    step: u32,
+    pub(super) step: u32,
     /// Pixels that are seen.
-    small: [u32; 2],
+    pub(super) small: [u32; 2],
 }
 
 impl Every {
     /// At most about so many pixels; those along the border may be missing.
-    fn of(size: [u32; 2], pixels: f64) -> Self {
+    pub(super) fn of(size: [u32; 2], pixels: f64) -> Self {
         let most = (f64::from(size[0]) * f64::from(size[1]) / pixels).sqrt();
         let least_side = size[0].min(size[1]).max(1);
         let mut step = 1;
@@ -233,7 +233,7 @@ impl Every {
     }
 
     /// Sees the pixels' middles as the plan's does.
-    fn camera(&self, plan: &Plan) -> Camera {
+    pub(super) fn camera(&self, plan: &Plan) -> Camera {
         let share = f64::from(self.small[1] * self.step) / f64::from(self.size[1].max(1));
         let projection = match plan.camera.projection {
             Projection::Orthographic => Projection::Orthographic,
@@ -246,7 +246,7 @@ impl Every {
     }
 
     /// Where they are among the pixels of the picture, rows from the top.
-    fn indices(self) -> impl Iterator<Item = usize> {
+    pub(super) fn indices(self) -> impl Iterator<Item = usize> {
         let at = move |axis: usize, i: u32| {
             let border = (self.size[axis] - self.small[axis] * self.step) / 2;
             (border + i * self.step + self.step / 2) as usize

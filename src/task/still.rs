@@ -289,7 +289,8 @@ pub(super) fn draw(
             let shown = drawer.engines.present(background_light(plan.background))?;
             let coarseness = Coarseness::of(&plan, rung, &drawn, shrink, &shown);
             if let Some(Coarseness::Reduced { sampling_rmse, .. }) = coarseness {
-                drawer.cuts.note_sampling(shrink, sampling_rmse);
+                let known = drawer.known_rmse(&plan, &drawn)?;
+                drawer.note_sampling(shrink, &drawn, (known, sampling_rmse));
             }
         }
     }
@@ -316,8 +317,10 @@ pub(super) fn draw(
     let background = background_light(plan.background);
     let shown = drawer.engines.present(background)?;
     let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
-    let estimated_rmse = Coarseness::of(&plan, rung, &drawn, shrink, &shown)
-        .map(|coarseness| Estimator::default().rmse(&plan, coarseness, shrink));
+    let known = drawer.known_rmse(&plan, &drawn)?;
+    let estimated_rmse = Coarseness::of(&plan, rung, &drawn, shrink, &shown).map(|coarseness| {
+        known.unwrap_or_else(|| Estimator::default().rmse(&plan, coarseness, shrink))
+    });
     let rgba = if drawn.size == *size { shown } else { srgb_bytes(&light, background) };
     let field = shown_field(drawer, rung, &drawn, &plan);
     for turn in 1..=request.repeat {
@@ -635,7 +638,7 @@ pub fn enlarged(light: Vec<[f32; 4]>, from: [u32; 2], to: [u32; 2]) -> Vec<[f32;
 }
 
 /// For each of `to` pixel centres, the two of `from` around it and the share of the second.
-fn taps(from: u32, to: u32) -> Vec<(usize, usize, f32)> {
+pub(super) fn taps(from: u32, to: u32) -> Vec<(usize, usize, f32)> {
     let last = f64::from(from - 1);
     (0..to)
         .map(|i| {

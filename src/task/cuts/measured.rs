@@ -7,14 +7,18 @@
 use super::{Candidate, CutNumber, FieldCuts, SEEN_SHARE};
 use crate::core::{LinearRgb, Projection};
 use crate::plan::{Plan, SlabField, Way};
-use crate::task::draw::{DrawError, Drawer, Observer, background_light};
+use crate::task::draw::{DrawError, Drawer, Drawn, Observer, background_light};
 use crate::task::estimate::field_rmse;
 use crate::task::previews::{Reduction, is_of_few_cells};
+use crate::task::remaining::Every;
+use crate::task::still::taps;
 
-/// Pixels of each picture, about: a two-hundredth of a window's.
-const PIXELS: f64 = 4096.0;
+/// Pixels of each picture, at most about: an eightieth of a window's. Of 2000, what only edges lose was missed.
+const PIXELS: f64 = 20_480.0;
 /// Cosine of the angle by which a view turns before it is looked at again.
 const SAME_VIEW: f64 = 0.87;
+/// Of a picture's square error, the least that says what part of it is.
+const LEAST_REST: f64 = 0.2;
 /// A pixel is covered where it hides so much of what lies behind.
 const COVERED: f32 = 1.0 / 255.0;
 
@@ -28,6 +32,8 @@ pub(super) struct Measured {
     of_bricks: Vec<f64>,
     /// Share of the picture on which anything shows.
     covered: f64,
+    /// Which of its pixels were drawn, and their light, premultiplied.
+    exact: (Every, Vec<[f32; 4]>),
 }
 
 /// Root of the share of a plan's picture that a brick covers.
@@ -58,6 +64,29 @@ impl Measured {
             && a.direction.dot(b.direction) > SAME_VIEW
             && is_parallel(a.projection) == is_parallel(b.projection)
             && moved == *own
+    }
+
+    /// What a picture of a size is off by that is to be enlarged, where it is of the very view that was looked at: RMSE over what
+    /// lies behind. `None` too where pixels are means of what triangles cover.
+    fn rmse_of(&self, plan: &Plan, light: &[[f32; 4]], size: [u32; 2]) -> Option<f64> {
+        let pixels = size[0] as usize * size[1] as usize;
+        if *plan != self.plan || !plan.surfaces.is_empty() || light.len() != pixels || pixels == 0 {
+            return None;
+        }
+        let (every, exact) = &self.exact;
+        let [columns, rows] = [0, 1].map(|axis| taps(size[axis], plan.size[axis]));
+        let mix = |a: [f32; 4], b: [f32; 4], share: f32| -> [f32; 4] {
+            std::array::from_fn(|c| a[c] + (b[c] - a[c]) * share)
+        };
+        let (width, row) = (plan.size[0] as usize, size[0] as usize);
+        let shown = every.indices().map(|at| {
+            let ((left, right, across), (top, bottom, down)) =
+                (columns[at % width], rows[at / width]);
+            let along = |y: usize| mix(light[y * row + left], light[y * row + right], across);
+            mix(along(top), along(bottom), down)
+        });
+        let shown: Vec<[f32; 4]> = shown.collect();
+        Some(off(&shown, exact, behind(plan)))
     }
 
     /// How much larger errors are in a plan's picture for being seen nearer; no picture is more than covered.
@@ -141,8 +170,7 @@ impl Drawer {
             && !is_of_few_cells(plan)
             && self.is_at_hand(plan, SlabField::Own);
         let cuts = if self.has_cuts(plan) { self.cuts.of(plan).len() } else { 0 };
-        let has_preview = self.is_at_hand(plan, SlabField::Preview);
-        if !may_tell || cuts == 0 && !has_preview {
+        if !may_tell {
             return Ok(());
         }
         if self.cuts.measured.as_ref().is_some_and(|of| of.is_of(plan, cuts)) {
@@ -164,17 +192,53 @@ impl Drawer {
         Ok(())
     }
 
+    /// What the quick picture that was drawn last, of a size, is off by against the finished one, where some pixels of that are known
+    /// (see [`Self::measure_stand_ins`]).
+    ///
+    /// # Errors
+    /// The device.
+    pub(in crate::task) fn known_rmse(
+        &mut self,
+        plan: &Plan,
+        drawn: &Drawn,
+    ) -> Result<Option<f64>, DrawError> {
+        let is_known = self.cuts.measured.as_ref().is_some_and(|of| of.plan == *plan);
+        if !is_known || !drawn.is_reduced {
+            return Ok(None);
+        }
+        let light = self.engines.read_light()?;
+        Ok(self.cuts.measured.as_ref().and_then(|of| of.rmse_of(plan, &light, drawn.size)))
+    }
+
+    /// Takes in what leaving out pixels cost the quick picture that was drawn last: by what it is known to be off by, and what it is
+    /// of, or else by what was estimated.
+    pub(in crate::task) fn note_sampling(
+        &mut self,
+        shrink: f64,
+        drawn: &Drawn,
+        (known, estimated): (Option<f64>, f64),
+    ) {
+        let of_stand_in = drawn.field_rmse.hypot(drawn.cut.map_or(0.0, |cut| cut.rmse));
+        // Where nearly all of it is what the picture is of, the rest is lost among it.
+        let rest = |rmse: f64| {
+            let square = rmse * rmse - of_stand_in * of_stand_in;
+            (square > LEAST_REST * rmse * rmse).then(|| square.sqrt())
+        };
+        self.cuts.note_sampling(shrink, known.and_then(rest).unwrap_or(estimated));
+    }
+
     fn measured(
         &mut self,
         plan: &Plan,
         cuts: usize,
         observer: &mut dyn Observer,
     ) -> Result<Measured, DrawError> {
-        let pixels = f64::from(plan.size[0]) * f64::from(plan.size[1]);
-        let shrink = (pixels / PIXELS).sqrt().max(1.0);
-        let behind = background_light(plan.background).unwrap_or_default();
+        let every = Every::of(plan.size, PIXELS);
+        let seen = Plan { camera: every.camera(plan), ..plan.clone() };
+        let seen = seen.at_size(every.small, f64::from(every.step));
+        let behind = behind(plan);
         let mut light = |drawer: &mut Self, field, cut| {
-            drawer.draw_reduced(plan, Reduction { field, shrink, cut }, observer)?;
+            drawer.draw_reduced(&seen, Reduction { field, shrink: 1.0, cut }, observer)?;
             Ok::<_, DrawError>(drawer.engines.read_light()?)
         };
         let exact = light(self, SlabField::Own, None)?;
@@ -195,8 +259,13 @@ impl Drawer {
         let covered = exact.iter().filter(|pixel| pixel[3] > COVERED).count();
         let of_bricks = self.cuts.of(plan).iter().take(cuts).map(of_bricks).collect();
         let covered = covered as f64 / exact.len().max(1) as f64;
-        Ok(Measured { plan: plan.clone(), rmse, of_bricks, covered })
+        let exact = (every, exact);
+        Ok(Measured { plan: plan.clone(), rmse, of_bricks, covered, exact })
     }
+}
+
+fn behind(plan: &Plan) -> LinearRgb {
+    background_light(plan.background).unwrap_or_default()
 }
 
 /// RMSE between two pictures over RGB, linear light, over what lies behind them.

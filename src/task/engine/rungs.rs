@@ -314,12 +314,19 @@ impl Worker {
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
         }
+        let known = self.device()?.known_rmse(&plan, &drawn)?;
         if let Some(Coarseness::Reduced { sampling_rmse, .. }) = coarseness {
             let shrink = picture.shrink();
-            self.device()?.cuts.note_sampling(shrink, sampling_rmse);
+            self.device()?.note_sampling(shrink, &drawn, (known, sampling_rmse));
         }
         if let Some(coarseness) = coarseness {
-            let rmse = self.estimator.rmse(&plan, coarseness, picture.shrink());
+            let estimated_rmse = self.estimator.rmse(&plan, coarseness, picture.shrink());
+            if let Some(measured_rmse) = known {
+                // A view at rest teaches what is thought of those that move.
+                let checked = Checked { estimated_rmse, measured_rmse };
+                self.estimator.learn(&plan, coarseness, &checked);
+            }
+            let rmse = known.unwrap_or(estimated_rmse);
             picture.report.estimated_rmse = Some(rmse);
             if let Rung::Coarse { budget_ms } = rung {
                 picture.report.budget_ms = Some(budget_ms);
