@@ -747,12 +747,13 @@ impl Drawer {
             if !self.is_at_hand(plan, field) || !self.has_room_for_means(field) {
                 continue;
             }
-            for number in 0..self.cuts.of(plan).len() {
-                #[expect(clippy::cast_possible_truncation, reason = "a handful")]
-                let number = number as CutNumber;
-                let share = self.cuts.share(number, field);
+            // All of a field as well, where what it loses was measured: in light more than fewer pixels do.
+            let is_told = moving != Moving::Octree && self.cuts.measured.is_some();
+            let numbers = (0..).take(self.cuts.of(plan).len()).map(Some);
+            for cut in is_told.then_some(None).into_iter().chain(numbers) {
+                let share = cut.map_or(1.0, |number| self.cuts.share(number, field));
                 let shrink = self.affordable_at(field, share, plan.size, budget_ms);
-                let found = Reduction { field, shrink, cut: Some(number) };
+                let found = Reduction { field, shrink, cut };
                 let mut lost = self.thought_rmse(plan, &found);
                 // What was drawn last stays where another is hardly better.
                 if self.last_reduction.is_some_and(|l| (l.field, l.cut) == (field, found.cut)) {
