@@ -1,11 +1,14 @@
 //! Cuts of a field at several levels: quick pictures drawn from means where these show it well.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use std::sync::{Arc, mpsc};
+mod pack;
+
+use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
 use glam::Vec3;
 use voxsplat::accuracy;
+use voxsplat::core::colour::srgb_from_linear;
 use voxsplat::core::{Projection, Ticket};
 use voxsplat::gpu::{GpuError, OctreeBuilder, Wishes};
 use voxsplat::hierarchy::{BrickErrors, Means};
@@ -16,7 +19,9 @@ use voxsplat::scene::{
     self, Amounts, Classify, Clip, ClipBox, CutFaces, Index, Inside, Isosurface, Lighting, Moving,
     Order, PolygonLayer, SampleSource, Scene, Slice, SplatSettings,
 };
-use voxsplat::task::cuts::{cut_within, means_of, stored_levels, why_no_cut_of};
+use voxsplat::task::cuts::{
+    BrickSource, Tried, Wanted, cut_within, means_of, stored_levels, why_no_cut_of,
+};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{
     CellsRequest, Choice, Effort, Engine, EngineChoice, FrameRequest, Ladder, Picture,
@@ -548,4 +553,264 @@ fn modes_that_have_no_cuts_say_why() {
     ] {
         assert!(why.contains(words), "{words}: {why:?}");
     }
+}
+
+/// Bricks that come when they are let in.
+#[derive(Debug)]
+struct Slow(Mutex<Coming>);
+
+#[derive(Debug)]
+struct Coming {
+    /// Letting in more counts.
+    times: u64,
+    finest: Option<Vec<u8>>,
+    wanted: Vec<Wanted>,
+}
+
+impl Slow {
+    fn let_in(&self, finest: Option<Vec<u8>>) {
+        let mut coming = self.0.lock().unwrap();
+        (coming.finest, coming.times) = (finest, coming.times + 1);
+    }
+
+    fn wanted(&self) -> Vec<Wanted> {
+        std::mem::take(&mut self.0.lock().unwrap().wanted)
+    }
+}
+
+impl BrickSource for Slow {
+    fn coming(&self) -> u64 {
+        self.0.lock().unwrap().times
+    }
+
+    fn finest(&self) -> Option<Vec<u8>> {
+        self.0.lock().unwrap().finest.clone()
+    }
+
+    fn want(&self, bricks: &[Wanted]) {
+        self.0.lock().unwrap().wanted = bricks.to_vec();
+    }
+}
+
+/// A controller that is given a source draws the coarse bricks that have come, says what it waits for, and goes on when it comes.
+#[test]
+fn bricks_that_have_not_come_are_drawn_coarser_and_waited_for() {
+    let engines = Engines::new(EngineChoice::Native.into(), Wishes::default()).unwrap();
+    let mut drawer = Drawer::with(engines);
+    let plan = Plan::of(&opened("demo:head:48"), SIZE);
+    drawer.prepare(&plan, &Ticket::new()).unwrap();
+    let cut = drawer.find_cut(&plan, 0.002).unwrap().unwrap();
+    let bricks: usize = cut.dims.iter().product();
+    let [fine, second, fourth] = cut.counts();
+    assert!(fine > 20 && second > 20 && fourth > 20, "all levels: {:?}", cut.counts());
+    let mut draw = |source: &Slow| {
+        let drawn = drawer.draw(&plan, Rung::Bricks { max_error: 0.002 }, &mut ()).unwrap();
+        (drawn.cut.unwrap(), drawer.engines.native.light().0, source.wanted())
+    };
+    let none = Slow(Mutex::new(Coming { times: 0, finest: None, wanted: Vec::new() }));
+    let (all, whole, _) = draw(&none);
+    assert_eq!((all.bricks, all.waiting), (cut.counts(), 0), "of a field in memory");
+
+    let source = Arc::new(Slow(Mutex::new(Coming {
+        times: 0,
+        finest: Some(vec![2; bricks]),
+        wanted: Vec::new(),
+    })));
+    drawer.take_bricks_from(Arc::clone(&source) as Arc<dyn BrickSource>);
+    let mut draw = || {
+        let drawn = drawer.draw(&plan, Rung::Bricks { max_error: 0.002 }, &mut ()).unwrap();
+        (drawn.cut.unwrap(), drawer.engines.native.light().0, source.wanted())
+    };
+    let (coarse, light, wanted) = draw();
+    assert_eq!(coarse.bricks, [0, 0, fine + second + fourth]);
+    assert_eq!((coarse.waiting, wanted.len() as u64), (fine + second, fine + second));
+    let whole: Vec<[f64; 4]> = whole.iter().map(|pixel| pixel.map(f64::from)).collect();
+    let first = db(&light, &whole);
+    // The half that is missed most comes; of two bricks there is nothing any more.
+    let mut finest = vec![2; bricks];
+    let (missed, rest) = wanted.split_at(wanted.len() / 2);
+    missed.iter().for_each(|of| finest[of.brick as usize] = of.level);
+    rest[..2].iter().for_each(|of| finest[of.brick as usize] = EMPTY);
+    source.let_in(Some(finest));
+    let (half, light, wanted) = draw();
+    let second_db = db(&light, &whole);
+    assert_eq!(half.waiting, rest.len() as u64);
+    assert_eq!(half.nodes(), coarse.nodes() - 2, "what has not come at all is left out");
+    assert!(wanted.iter().all(|of| rest.contains(of)) && wanted.len() == rest.len());
+    let mut let_in = |finest| {
+        source.let_in(finest);
+        draw()
+    };
+    let (ready, same, wanted) = let_in(None);
+    assert_eq!((ready, wanted), (all, Vec::new()));
+    println!("measured {first:.1} dB of the coarsest, {second_db:.1} with half of what it lacks");
+    // Measured: 15.2 and 38.3.
+    assert!(second_db > first + 6.0, "{first} {second_db}");
+    assert_eq!(db(&same, &whole), f64::INFINITY, "the same bits");
+}
+
+/// What is chosen is as near as the best of all that is compared, of the size that each affords.
+#[test]
+fn the_choice_is_as_near_as_the_best_that_could_be_drawn() {
+    let size = [320, 240];
+    let (mut worst, mut chosen_cuts, mut faults) = (0.0_f64, 0, Vec::new());
+    for (name, lit) in [
+        ("demo:head:64", false),
+        ("demo:head:64", true),
+        ("demo:shells:64", false),
+        ("demo:shells:64", true),
+        ("demo:blobs:64", false),
+        ("demo:marschner-lobb:48", false),
+        ("demo:tornado:48", false),
+    ] {
+        let mut scene = opened(name);
+        scene.shading.lighting = lit.then(Lighting::default);
+        let engines = Engines::new(EngineChoice::Native.into(), Wishes::default()).unwrap();
+        let mut drawer = Drawer::with(engines);
+        let plan = Plan::of(&scene, size);
+        drawer.prepare(&plan, &Ticket::new()).unwrap();
+        let full_ms = drawer.draw(&plan, Rung::Full, &mut ()).unwrap().wall_ms;
+        let light = drawer.engines.native.light().0;
+        let full: Vec<[f64; 4]> = light.iter().map(|pixel| pixel.map(f64::from)).collect();
+        for share in [0.12, 0.4] {
+            let tried = drawer.try_cuts(&plan, share * full_ms, &full).unwrap();
+            // What is nearer differs by less than a quarter of a byte's step, and nothing that is learnt from bytes tells it apart.
+            let db = |tried: &Tried| accuracy::psnr_from_rmse(tried.rmse[1]).min(60.0);
+            let chosen = tried.iter().find(|tried| tried.is_chosen).unwrap();
+            let best = tried.iter().map(db).fold(0.0, f64::max);
+            let short = best - db(chosen);
+            println!(
+                "measured {name}, lit {lit}, {share} of the time: {:.1} of {best:.1} dB, {chosen:?}",
+                db(chosen)
+            );
+            worst = worst.max(short);
+            chosen_cuts += u32::from(chosen.max_error.is_some());
+            if short > 1.0 {
+                faults.push(format!("{name}, {share}: {short:.1} dB short"));
+            }
+        }
+    }
+    println!("measured: at most {worst:.2} dB short of the best");
+    // Measured: one of 14 by 1.5 dB; what the same machine takes for a picture differs from run to run, and sizes with it.
+    assert!(faults.len() <= 2 && worst < 3.0, "{faults:#?}");
+    assert!(chosen_cuts >= 1, "cuts are worth something: {chosen_cuts}");
+}
+
+/// Means hide as much as what they stand for, and a cut is as bright as the finished picture that follows it. Where means lose a
+/// thin shell whole, in cuts of brick errors of 0.016, alpha is 33/512 too little: that is 34 dB. Blobs by those of 0.004 have
+/// 1.1/512 too much.
+#[test]
+fn cuts_hide_as_much_as_their_samples_and_hand_over_without_a_step() {
+    let mut lit = opened("demo:head:64");
+    lit.shading.lighting = Some(Lighting::default());
+    for (name, scene) in [
+        ("head", opened("demo:head:64")),
+        ("lit head", lit),
+        ("shells", opened("demo:shells:48")),
+        ("blobs", opened("demo:blobs:48")),
+    ] {
+        let (whole, cuts) = drawn(&scene, &[0.001, 0.002]);
+        let mean = |light: &Light, of: &dyn Fn(&[f32; 4]) -> f64| {
+            light.iter().map(of).sum::<f64>() / light.len() as f64
+        };
+        let alpha = |light: &Light| mean(light, &|pixel| f64::from(pixel[3]));
+        let encoded = |light: &Light| {
+            mean(light, &|pixel| {
+                let of = |c: usize| srgb_from_linear(f64::from(pixel[c].clamp(0.0, 1.0)));
+                (of(0) + of(1) + of(2)) / 3.0
+            })
+        };
+        for ((counts, light), most) in cuts.iter().zip([0.001, 0.002]) {
+            let clearer = alpha(light) - alpha(&whole);
+            let brighter = encoded(light) - encoded(&whole);
+            println!(
+                "measured {name}, {most}: alpha {:+.2}/512, encoded {:+.2}/255, of {counts:?}",
+                512.0 * clearer,
+                255.0 * brighter
+            );
+            assert!(clearer.abs() <= 1.0 / 512.0, "{name}, {most}: alpha {clearer}");
+            assert!(brighter.abs() <= 1.0 / 255.0, "{name}, {most}: encoded {brighter}");
+        }
+    }
+}
+
+/// Whoever turns a scan of the pack as it opens sees a cut of two levels at least, of fewer nodes than there are finest bricks; or
+/// it is known why not.
+#[test]
+fn scans_of_the_pack_are_turned_by_cuts() {
+    let (engine, _wakes) = engine(EngineChoice::Native);
+    let size = [240, 180];
+    let (mut by_cut, mut all_show, mut others, mut faults) = (0, 0, Vec::new(), Vec::new());
+    for (name, scene) in pack::scans(8 << 20) {
+        let still = |refine| {
+            let scene = scene.clone();
+            let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
+            engine.still(request, &Ticket::new()).unwrap()
+        };
+        let full = still(Refine::Full);
+        let full_ms = full.frame_ms.iter().copied().fold(f64::INFINITY, f64::min);
+        let quick = still(Refine::Budget { budget_ms: 0.15 * full_ms });
+        let dims = scene.lattice().dims;
+        let finest: usize = dims.map(|n| (n + 1).div_ceil(4)).iter().product();
+        match quick.drawn.cut {
+            Some(cut) => {
+                by_cut += 1_usize;
+                println!("measured {name}: {:?} of {finest} bricks", cut.bricks);
+                // In some small ones every brick shows.
+                all_show += u32::from(cut.nodes() == finest as u64);
+                let is_coarser = cut.nodes() <= finest as u64 && cut.bricks[0] < finest as u64;
+                if cut.levels() < 2 || !is_coarser {
+                    faults.push(format!("{name}: {cut:?} of {finest}"));
+                }
+            }
+            None => {
+                let why = why_no_cut_of(&scene).unwrap_or("fewer pixels are thought to lose less");
+                println!("measured {name}: no cut, {why}");
+                others.push((name, why));
+            }
+        }
+    }
+    println!("{by_cut} by cuts, {all_show} of them with every brick, {} not", others.len());
+    assert!(faults.is_empty(), "{faults:#?}");
+    // Measured: 18 to 25 and 5 to 12 (labels drawn by their nearest samples, smoothed thick slices, and small ones of which fewer
+    // pixels lose less); 3 to 5, of a few thousand samples, have something in every brick.
+    assert!(by_cut >= others.len() && 3 * all_show <= by_cut as u32, "{others:#?}");
+}
+
+/// Whatever comes on the way to the finished picture, by whatever ladder, whole or in part: it says what it is off by.
+#[test]
+fn every_picture_on_the_way_says_what_it_is_off_by() {
+    let (mut in_part, mut others) = (0, 0);
+    for splat in [SplatSettings::EXACT, SplatSettings::SHADE_FIRST] {
+        for ladder in [Ladder::Octree, Ladder::Subsampling, Ladder::CheaperKernels] {
+            let (engine, wakes) = engine(EngineChoice::Native);
+            let mut scene = opened("demo:head:64");
+            scene.splat = splat;
+            let effort =
+                Effort::Rest { budget_ms: 4.0, ladder, show_partial: true, converge_ms: 0.0 };
+            engine.request(FrameRequest { scene, size: [640, 480], effort });
+            let mut pictures: Vec<Arc<Picture>> = Vec::new();
+            while pictures.last().is_none_or(|last| last.report.progress < 1.0) {
+                pictures.push(next(&engine, &wakes));
+            }
+            let full = pictures.pop().unwrap();
+            for picture in pictures.iter().filter(|p| !p.report.level.is_full()) {
+                let level = &picture.report.level;
+                let told = picture.report.estimated_rmse.unwrap_or_else(|| panic!("{level:?}"));
+                let is = voxsplat::task::estimate::shown_rmse(picture, &full).unwrap();
+                let [told, is] = [told, is].map(accuracy::psnr_from_rmse);
+                println!("measured {level:?}: told {told:.1} dB, is {is:.1} dB");
+                let is_part = *level == LevelOfDetail::FullInPart;
+                (in_part, others) = (in_part + u32::from(is_part), others + u32::from(!is_part));
+                // Of a part by what was shown before it; of other ladders by what such pictures mostly are.
+                let most = if is_part { 6.0 } else { 15.0 };
+                // Of a part that lacks little it is known from a coarse picture that it lacks no more than that does.
+                let is_nearly_done = is_part && is > 25.0 && told < is;
+                let is_right = (told - is).abs() < most || is_nearly_done;
+                assert!(is_right, "{level:?}: told {told:.1} dB, is {is:.1} dB");
+            }
+        }
+    }
+    println!("measured {in_part} pictures in part, {others} others");
+    assert!(others >= 6, "{others}");
 }

@@ -1,16 +1,21 @@
-//! What finished pictures say that they are off by, beside what they are.
+//! What pictures say that they are off by, beside what they are.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod pack;
+
 use std::sync::{Arc, mpsc};
+use std::time::Duration;
 
 use voxsplat::accuracy;
 use voxsplat::accuracy::sweep::exact_mode;
-use voxsplat::core::{Projection, Ticket};
+use voxsplat::core::{LinearRgb, Projection, Ticket};
 use voxsplat::kernel::Kernel;
 use voxsplat::scene::{
     self, Classify, Lighting, SampleSource, Scene, Slice, SplatSettings, Visibility,
 };
-use voxsplat::task::engine::{Choice, Engine, EngineChoice};
+use voxsplat::task::draw::background_light;
+use voxsplat::task::engine::{Choice, Effort, Engine, EngineChoice, FrameRequest, Ladder, Picture};
+use voxsplat::task::estimate::Checked;
 use voxsplat::task::remaining::WITHIN_DB;
 use voxsplat::task::still::{Refine, Still, StillRequest};
 use voxsplat::volume::{Component, demo};
@@ -112,4 +117,146 @@ fn an_empty_picture_is_off_by_nothing() {
     let scene = opened("demo:constant:8");
     let empty = Scene { layers: Vec::new(), ..scene };
     assert_eq!(still(&engine, &empty, true).estimated_rmse, Some(0.0));
+}
+
+/// What scans of the pack are seen with.
+const EFFECTS: [Change; 4] = [
+    ("as it opens", |_| ()),
+    ("unlit", |s| s.shading.lighting = None),
+    ("lit, near", |s| {
+        s.shading.lighting = Some(Lighting::default());
+        s.camera.projection = Projection::Perspective { view_angle: 40.0_f64.to_radians() };
+        s.camera.parallel_scale *= 0.7;
+    }),
+    ("a slice", |s| s.inside.slices = vec![Slice::across(&s.lattice(), 2, 0.5, 1.0)]),
+];
+
+/// Samples of the largest scan that is looked at.
+const MOST_SAMPLES: u64 = 1 << 20;
+
+/// The picture of a hand that turns a view a little once it has come to rest, and what it was thought to be off by and was;
+/// nothing where the time allows the finished one.
+fn moved(
+    engine: &Engine,
+    wakes: &mpsc::Receiver<()>,
+    scene: &Scene,
+    budget_ms: f64,
+) -> Option<(Arc<Picture>, Checked)> {
+    let next = || loop {
+        wakes.recv_timeout(Duration::from_secs(60)).unwrap();
+        if let Some(picture) = engine.take_picture() {
+            return picture;
+        }
+    };
+    let ladder = Ladder::Octree;
+    let rest = Effort::Rest { budget_ms, ladder, show_partial: false, converge_ms: 0.0 };
+    let request = |scene: &Scene, effort| {
+        engine.request(FrameRequest { scene: scene.clone(), size: SIZE, effort });
+    };
+    request(scene, rest);
+    while next().report.remaining_rmse.is_none() {}
+    let mut turned = scene.clone();
+    turned.camera = turned.camera.orbited(0.15, 0.05);
+    request(&turned, Effort::Moving { budget_ms });
+    let quick = loop {
+        let picture = next();
+        if picture.report.remaining_rmse.is_none() {
+            break picture;
+        }
+    };
+    request(&turned, rest);
+    let full = loop {
+        let picture = next();
+        if picture.report.level.is_full() && picture.report.progress == 1.0 {
+            break picture;
+        }
+    };
+    Some((quick, full.report.checked?))
+}
+
+/// Of files, views and effects; of finished pictures, and of quick ones.
+#[test]
+fn pictures_of_scans_are_off_by_what_they_say() {
+    let (sender, wakes) = mpsc::channel();
+    let choice = Choice::from(EngineChoice::Native);
+    let engine = Engine::start(choice, move || sender.send(()).unwrap_or_default());
+    let draw = |scene: &Scene, refine: Refine, is_told: bool| {
+        let scene = scene.clone();
+        let request = StillRequest { scene, size: SIZE, refine, repeat: 0, time_passes: is_told };
+        engine.still(request, &Ticket::new()).unwrap()
+    };
+    // Finished ones, quick ones, the same as `--stats` measures them, and those of a hand that turns a view that was at rest.
+    let mut right = [0_u32; 4];
+    let mut pictures = [0_u32; 4];
+    let mut wrong = Vec::new();
+    for (name, opened) in pack::scans(MOST_SAMPLES) {
+        for (turn, (effect, by)) in EFFECTS.into_iter().enumerate() {
+            let mut scene = opened.clone();
+            scene.camera = scene.camera.orbited(0.7 * turn as f64, 0.2);
+            by(&mut scene);
+            let mut judge = |kind: usize, what: &str, told: f64, found: f64| {
+                let [told, found] = [told, found].map(accuracy::psnr_from_rmse);
+                let is_right = told == found || (told - found).abs() <= WITHIN_DB;
+                let line = format!("{name}, {effect}, {what}: told {told:.1} dB, is {found:.1} dB");
+                println!("measured {line}");
+                pictures[kind] += 1;
+                right[kind] += u32::from(is_right);
+                if !is_right {
+                    wrong.push(line);
+                }
+            };
+            let full = draw(&scene, Refine::Full, true);
+            let mut truth = scene.clone();
+            truth.splat = match scene.splat.visibility {
+                Visibility::Slabs => SplatSettings {
+                    slabs_per_voxel: MANY * scene.splat.slabs_per_voxel.min(2.0),
+                    ..scene.splat
+                },
+                _ => exact_mode(&scene.splat, MANY),
+            };
+            let truth = draw(&truth, Refine::Full, false);
+            let background = background_light(scene.background).unwrap_or_default();
+            let over = |still: &Still, LinearRgb(behind): LinearRgb| -> Vec<[f64; 4]> {
+                let pixel = |pixel: &[f32; 4]| {
+                    let [r, g, b, a] = pixel.map(f64::from);
+                    let left = 1.0 - a;
+                    [r + left * behind[0], g + left * behind[1], b + left * behind[2], a]
+                };
+                still.light.iter().map(pixel).collect()
+            };
+            let black = LinearRgb::default();
+            let off = |a: &Still, b: &Still, behind| {
+                accuracy::rmse(&over(a, behind), &over(b, behind)).unwrap()
+            };
+            judge(0, "finished", full.estimated_rmse.unwrap(), off(&full, &truth, black));
+            let full_ms = full.frame_ms[0];
+            let budget_ms = 0.1 * full_ms;
+            let quick = draw(&scene, Refine::Budget { budget_ms }, false);
+            if let Some(rmse) = quick.estimated_rmse {
+                let of = format!("quick, {:?}, {:?}", quick.drawn.size, quick.drawn.cut);
+                judge(1, &of, rmse, off(&quick, &full, background));
+            }
+            if turn == 0 {
+                let measured = draw(&scene, Refine::Budget { budget_ms }, true);
+                let found = off(&measured, &truth, black);
+                judge(2, "the same, measured", measured.estimated_rmse.unwrap(), found);
+            }
+            if let Some((picture, Checked { estimated_rmse, measured_rmse })) =
+                moved(&engine, &wakes, &scene, 0.2 * full_ms)
+            {
+                let of = format!("moving, {:?}", picture.report.level);
+                judge(3, &of, estimated_rmse, measured_rmse);
+            }
+        }
+    }
+    println!("measured: {right:?} of {pictures:?} within {WITHIN_DB} dB");
+    // Measured: 90 of 92, 87 of 87, 23 of 23, and of a hand's own 81 of 87, which are thought of by the view before.
+    let quick = [right[1] + right[3], pictures[1] + pictures[3]];
+    for [right, pictures] in [[right[0], pictures[0]], [right[2], pictures[2]], quick] {
+        assert!(
+            f64::from(right) >= SHARE * f64::from(pictures),
+            "{right} of {pictures}: {wrong:#?}"
+        );
+    }
+    assert!(f64::from(right[3]) >= 0.88 * f64::from(pictures[3]), "{wrong:#?}");
 }

@@ -1,21 +1,27 @@
 //! Laur and Hanrahan, figures 3 to 6: opacity correction, oct-trees at falling errors, refinement.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::layout::Record;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, SlabField, Wishes};
+use voxsplat::hierarchy::Means;
 use voxsplat::io::{self, OpenOptions};
 use voxsplat::kernel::{Kernel, RadialKernel};
-use voxsplat::plan::Plan;
+use voxsplat::plan::{COARSER, FieldCut, Plan, bricks_of_cut};
 use voxsplat::scene::{
-    self, NamedView, OpacityModel, Orientation, SampleSource, Scene, SplatSettings, View,
+    self, Moving, NamedView, OpacityModel, Orientation, SampleSource, Scene, SplatSettings, View,
 };
 use voxsplat::task::cells;
+use voxsplat::task::cuts::stored_levels;
 use voxsplat::task::draw::{Drawer, Rung};
+use voxsplat::task::engine::EngineChoice;
+use voxsplat::task::engines::Engines;
 use voxsplat::task::still::{Refine, Still, StillRequest};
 use voxsplat::transfer::{ColourSource, TransferFunction};
+use voxsplat::volume::{Lattice, Samples, ScalarVolume};
 
 use crate::support::{
     Page, compare, crop, db, demo_grid, least_ms, of_field, on_black, scalar, short, wide, with,
@@ -48,6 +54,11 @@ const FRAMES_PANEL: usize = 340;
 const ZOOM: f64 = 0.65;
 /// The scan whose numbers stand beside the head's.
 const SCAN: &str = "scalar/LIDC2.vti";
+
+/// Samples along an edge of the field in which figure 3's blocks lie: from the middle on, so that means of their width meet them.
+const BLOCK_FIELD: usize = 32;
+/// Errors that cuts of the field are within in figure 5.
+const FIELD_ERRORS: [[f64; 4]; 2] = [[0.02, 0.01, 0.005, 0.0025], [0.02, 0.01, 0.005, 0.0025]];
 
 /// Splats as the paper draws them: Gouraud-shaded polygons of the printed opacity.
 const PRINTED: SplatSettings = SplatSettings {
@@ -174,6 +185,18 @@ fn figure_3(page: &mut Page<'_>, drawer: &mut Drawer) -> Result<()> {
         pictures.push(panels);
         table.push(cells);
     }
+    let (mut panels, mut cells) = (Vec::new(), vec!["a cut of the field".to_owned()]);
+    for level in LEVELS {
+        let edge = 1 << level;
+        let scene = block(edge)?;
+        let light = uniform_cut(&scene, SPLAT_SIZE, level.min(COARSER))?;
+        let found = light.iter().map(|pixel| pixel[3]).fold(0.0, f32::max);
+        let n = i32::try_from(edge)?;
+        cells.push(format!("{found:.3} ({:.3})", 1.0 - (1.0 - SPLAT_OPACITY).powi(n)));
+        panels.push(on_black(&light));
+    }
+    pictures.push(panels);
+    table.push(cells);
     page.mosaic("laur-hanrahan-3.png", &pictures, SPLAT_SIZE as usize)?;
     page.say(&format!(
         "**Figure 3: one splat.** A voxel of opacity α = {SPLAT_OPACITY}, and what stands for 2, 4 and 8 of them \
@@ -188,10 +211,55 @@ fn figure_3(page: &mut Page<'_>, drawer: &mut Drawer) -> Result<()> {
     page.figure(
         "laur-hanrahan-3.png",
         "After Laur–Hanrahan figure 3: a single splat at four powers of two. From above: published, uncorrected \
-         and corrected; optical depth, uncorrected and corrected. Without the correction a large splat is as clear \
-         as a small one.",
+         and corrected; optical depth, uncorrected and corrected; a block of as many voxels by a cut of the field. Without the \
+         correction a large splat is as clear as a small one.",
     );
+    page.say(&format!(
+"*A cut of the field* is what the exact mode's quick pictures are drawn from: here a field of {BLOCK_FIELD}³ samples, all 0 \
+         but for a block of n³ of opacity α, by the samples, by tents through means of 2³ and of 4³ (which is the coarsest there \
+         is: the last block is of eight of them). What is in brackets there is 1 − (1 − α)ⁿ. Values are classified after \
+         they are reconstructed, and rays are integrated through them, so that nothing is to be corrected: what is n voxels wide is about n \
+         times as deep. It is a little less in the middle of a tent, since opacity rather than depth runs straight from sample to sample, \
+         and pixels lie beside the tent's edge. A single sample has rings: the spline through it is below 0 next to it, where nothing shows, and \
+         above it again farther off.",
+    ));
     Ok(())
+}
+
+/// A block of `edge` voxels along each axis of white matter in a field of nothing, seen from the front about its middle.
+fn block(edge: usize) -> Result<Scene> {
+    let n = BLOCK_FIELD;
+    let (low, high) = (n / 2, n / 2 + edge);
+    let is_in =
+        |i: usize| [i % n, i / n % n, i / (n * n)].iter().all(|at| (low..high).contains(at));
+    let samples = (0..n.pow(3)).map(|i| f32::from(u8::from(is_in(i)))).collect();
+    let lattice = Lattice::unit([n; 3]);
+    let volume = ScalarVolume::from_samples("block", lattice, Samples::Float32(samples))?;
+    let (direction, up) = NamedView::Front.direction_and_up(Orientation::default());
+    let mut camera = scene::framing_camera(&volume.lattice, direction, up);
+    camera.parallel_scale = f64::from(SPLAT_SIZE) / 2.0 / SPLAT_PIXELS;
+    let middle = (low + high - 1) as f64 / 2.0;
+    camera.focal_point = volume.lattice.world_from_index(glam::DVec3::splat(middle));
+    let colour = ColourSource::Stops(vec![(0.0, Srgb8::WHITE)]);
+    let transfer = TransferFunction::new(vec![(0.0, 0.0), (1.0, SPLAT_OPACITY)], colour)?;
+    let scene = of_field(Scene::seen_by(camera), Arc::new(volume), transfer);
+    Ok(with(&scene, SplatSettings::EXACT))
+}
+
+/// A scene by a cut of its field that is of one level throughout, by the native engine.
+fn uniform_cut(scene: &Scene, size: u32, level: usize) -> Result<Vec<[f32; 4]>> {
+    let mut drawer = Drawer::with(Engines::new(EngineChoice::Native.into(), Wishes::default())?);
+    let (plan, ticket) = (Plan::of(scene, [size; 2]), Ticket::new());
+    drawer.prepare(&plan, &ticket)?;
+    drawer.draw(&plan, Rung::Full, &mut ())?;
+    let volume = scene.volume().ok_or_else(|| anyhow!("a field"))?;
+    let means = Means::of(volume, &ticket)?.ok_or_else(|| anyhow!("too small for means"))?;
+    drawer.engines.native.set_levels(stored_levels(volume, &means, &ticket)?);
+    let dims = bricks_of_cut(volume.lattice.dims);
+    let levels = vec![u8::try_from(level)?; dims.iter().product()];
+    let cut = Some(Arc::new(FieldCut::new(dims, levels)));
+    drawer.draw(&Plan { cut, ..plan }, Rung::Full, &mut ())?;
+    Ok(drawer.engines.native.light().0)
 }
 
 fn radial() -> Result<RadialKernel> {
@@ -261,6 +329,21 @@ fn figure_4(page: &mut Page<'_>, drawer: &mut Drawer) -> Result<()> {
     }
     // The printed and the proportional one look alike here.
     pictures.remove(2);
+    let mut panels = Vec::new();
+    let of_field = with(&scene, SplatSettings::EXACT);
+    let mut field_off = 0.0_f64;
+    for (level, cells) in LEVELS.into_iter().zip(&mut table) {
+        if level > COARSER {
+            cells.push("–".to_owned());
+            continue;
+        }
+        let light = uniform_cut(&of_field, CUBE_SIZE, level)?;
+        let [mean, most] = inside(&light, 1 << level, exact)?;
+        cells.push(format!("{mean:.4} ({most:.4})"));
+        field_off = field_off.max(most);
+        panels.push(on_black(&light));
+    }
+    pictures.push(panels);
     page.mosaic("laur-hanrahan-4.png", &pictures, CUBE_SIZE as usize)?;
     page.say(&format!(
         "**Figure 4: a constant cube.** `demo:constant:{CUBE}`, voxels of opacity {CUBE_OPACITY}, seen along an axis at \
@@ -269,13 +352,16 @@ fn figure_4(page: &mut Page<'_>, drawer: &mut Drawer) -> Result<()> {
          1.56 node widths inside the silhouette, where every kernel that reaches a pixel is whole, and in \
          brackets the worst deviation of a pixel there from the exact value:",
     ));
-    let head: Vec<&str> =
-        std::iter::once("level").chain(columns.iter().map(|column| column.0)).collect();
+    let head: Vec<&str> = std::iter::once("level")
+        .chain(columns.iter().map(|column| column.0))
+        .chain(["a cut of the field"])
+        .collect();
     page.table(&head, &table);
     page.figure(
         "laur-hanrahan-4.png",
         "After Laur–Hanrahan figure 4: a constant cube as nodes of 1, 2, 4 and 8 voxels along an edge, left to right. \
-         From above: published, uncorrected and corrected as printed; optical depth, uncorrected and corrected.",
+         From above: published, uncorrected and corrected as printed; optical depth, uncorrected and corrected; cuts of the field, of \
+         which the coarsest is of 4.",
     );
     let off = |column: usize| coarsest[column][0] - exact;
     page.say(&format!(
@@ -288,6 +374,10 @@ fn figure_4(page: &mut Page<'_>, drawer: &mut Drawer) -> Result<()> {
          than {most_off:.0e}.",
         off(1),
         off(2),
+    ));
+    page.say(&format!(
+        "*A cut of the field* (the last column) has no splats: of every level, no pixel inside the silhouette differs by more than \
+         {field_off:.0e} from the exact value, and the silhouette keeps its place.",
     ));
     page.say(&format!(
         "The meshes have {} triangles a splat and are fitted to the optimal cubic; which mesh, which Gaussian and which \
@@ -327,7 +417,7 @@ fn figure_5(page: &mut Page<'_>, data: &Path) -> Result<()> {
          No pictures of patients are published here, so their scans have numbers alone.",
     ));
     let subjects = subjects(page, data, 128)?;
-    let mut table = Vec::new();
+    let (mut table, mut pictures) = (Vec::new(), Vec::new());
     for (s, ((name, scene), errors)) in subjects.iter().zip(CUT_ERRORS).enumerate() {
         let scene = with(scene, SplatSettings::SHADE_FIRST);
         let view = View::new(&scene, [CUT_SIZE; 2]);
@@ -369,18 +459,78 @@ fn figure_5(page: &mut Page<'_>, data: &Path) -> Result<()> {
             panels.push(still.rgba);
         }
         if s == 0 {
-            let below = panels.split_off(panels.len() / 2);
-            page.mosaic("laur-hanrahan-5.png", &[panels, below], CUT_SIZE as usize)?;
+            pictures.push(panels);
         }
     }
     page.table(
         &["volume", "RMSE asked for", "RMSE", "greatest error of a node", "cells", "edge: cells"],
         &table,
     );
+    let mut table = Vec::new();
+    for (s, ((name, scene), errors)) in subjects.iter().zip(FIELD_ERRORS).enumerate() {
+        let scene = with(scene, SplatSettings::EXACT);
+        let view = View::new(&scene, [CUT_SIZE; 2]);
+        let mut panels = Vec::new();
+        for max_error in errors {
+            let request = StillRequest {
+                scene: scene.clone(),
+                size: [CUT_SIZE; 2],
+                refine: Refine::Error { max_error, of_voxels: false },
+                repeat: 0,
+                time_passes: false,
+            };
+            let mut still = page.engine.still_with_cells(request, &Ticket::new())?;
+            let mut row = vec![name.clone(), max_error.to_string()];
+            row.extend(match (&still.cells, still.drawn.cut) {
+                (Some(cells), Some(cut)) => {
+                    cells::draw_edges(&mut still.rgba, &view, cells);
+                    let [fine, second, fourth] = cut.bricks.map(|bricks| bricks.to_string());
+                    let rmse = still.measured_rmse.unwrap_or(0.0);
+                    let error = format!("{:.4}", cut.max_error);
+                    [format!("{rmse:.4}"), error, cells.total.to_string(), fine, second, fourth]
+                }
+                _ => {
+                    let none = || "–".to_owned();
+                    ["0".to_owned(), none(), "every voxel".to_owned(), none(), none(), none()]
+                }
+            });
+            table.push(row);
+            panels.push(still.rgba);
+        }
+        if s == 0 {
+            pictures.push(panels);
+        }
+    }
+    page.say(
+        "*Cuts of the field*, as the exact mode has them: the coarsest whose picture is within E, found by halving the range of \
+         limits on the errors of bricks. A cell is a brick of 4³ cells between samples, and its colour says from which level it is drawn.",
+    );
+    page.table(
+        &[
+            "volume",
+            "RMSE asked for",
+            "RMSE",
+            "limit on a brick's error",
+            "bricks",
+            "from samples",
+            "from means of 2³",
+            "of 4³",
+        ],
+        &table,
+    );
+    page.mosaic("laur-hanrahan-5.png", &pictures, CUT_SIZE as usize)?;
+    let list = |errors: [f64; 4]| {
+        let [a, b, c, d] = errors.map(|error| error.to_string());
+        format!("{a}, {b}, {c} and {d}")
+    };
     page.figure(
         "laur-hanrahan-5.png",
-        "After Laur–Hanrahan figure 5: the octree's cells over the head within an RMSE of 0.2, 0.14, 0.1 and 0.05. \
-         Where nothing shows there are no cells.",
+        &format!(
+            "After Laur–Hanrahan figure 5: above, the octree's cells over the head within an RMSE of {}; below, bricks of cuts of \
+             the field within {}. Where nothing shows there are no cells.",
+            list(CUT_ERRORS[0]),
+            list(FIELD_ERRORS[0]),
+        ),
     );
     page.say(
         "As printed, the lower the error the more nodes, small where the data change quickly and large where they are flat. \
@@ -396,10 +546,19 @@ fn figure_6(page: &mut Page<'_>, data: &Path) -> Result<()> {
         "**Figure 6: what can be drawn five times a second, in 5 seconds, and at full resolution.** Theirs is a CT scan of an \
          engine block on a Silicon Graphics workstation; ours are a head made of formulas and a patient's scan, {FRAMES_SIZE} × \
          {FRAMES_SIZE} pixels, on a processor. *Octree* is the paper's mode: shaded first, every sample, octree cuts fitted to the \
-         time, but footprints evaluated rather than meshes. *Exact* is this program's own, whose quick pictures are of a field, drawn \
-         smaller. A fiftieth of a second was added: what this program takes while something moves.",
+         time, but footprints evaluated rather than meshes. *Exact* is this program's own: *cuts* are quick pictures of cuts of its field, \
+         as fine and as large as is thought to lose least in the time, *fewer pixels* those of all of it, drawn smaller. A fiftieth of a second was added: what this program takes while something moves.",
     ));
-    let modes = [("exact", SplatSettings::EXACT), ("octree", SplatSettings::SHADE_FIRST)];
+    let moving = |moving| {
+        let mut splat = SplatSettings::EXACT;
+        splat.cut.moving = moving;
+        splat
+    };
+    let modes = [
+        ("exact, cuts", moving(Moving::Auto)),
+        ("exact, fewer pixels", moving(Moving::Subsampled)),
+        ("octree", SplatSettings::SHADE_FIRST),
+    ];
     let (mut table, mut pictures) = (Vec::new(), Vec::new());
     let mut longest_ms = 0.0_f64;
     for (s, (name, scene)) in subjects.iter().enumerate() {
@@ -440,7 +599,7 @@ fn figure_6(page: &mut Page<'_>, data: &Path) -> Result<()> {
     page.figure(
         "laur-hanrahan-6.png",
         "After Laur–Hanrahan figure 6, cut from the pictures: the head within a fiftieth and a fifth of a second, within 5 seconds, and in full; above \
-         octree cuts of every sample, below the exact mode and its previews.",
+         octree cuts of every sample, then the exact mode by fewer pixels, and below by cuts of its field.",
     );
     let within = match longest_ms < BUDGETS_MS[BUDGETS_MS.len() - 1] {
         true => "less than the 5 seconds, so that the third picture is the last or nearly so",
@@ -467,5 +626,11 @@ fn what(still: &Still) -> String {
         (true, SlabField::Own) => "the field".to_owned(),
         (true, SlabField::Preview) => "the nearest tents".to_owned(),
     };
-    format!("{of} at {width} × {height}")
+    match still.drawn.cut {
+        Some(cut) => {
+            let [fine, second, fourth] = cut.bricks;
+            format!("a cut of {of}, {fine} + {second} + {fourth} bricks, at {width} × {height}")
+        }
+        None => format!("{of} at {width} × {height}"),
+    }
 }

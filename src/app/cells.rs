@@ -240,6 +240,7 @@ pub fn cell_words(cell: &Cell, max_error: f32) -> [String; 3] {
         WhyWhole::UnderAPixel => "Not split: its parts would be under a pixel",
         WhyWhole::LevelAskedFor => "Not split: this level was asked for",
         WhyWhole::Samples => "Not split: drawn from the samples themselves",
+        WhyWhole::NotCome => "Not split: its parts have not come yet",
     };
     [
         format!("Level {}: {voxels}", cell.level),

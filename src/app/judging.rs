@@ -20,6 +20,7 @@ use super::{modes, theme};
 use crate::accuracy::psnr_from_rmse;
 use crate::scene::{SplatSettings, Visibility};
 use crate::task::engine::{EngineState, Picture, SecondPicture};
+use crate::task::remaining::WITHIN_DB;
 
 /// Half the width of what takes hold of the divider, points.
 const DIVIDER_REACH: f32 = 6.0;
@@ -70,7 +71,9 @@ impl Window {
     fn remaining_db(&self, mode: &SplatSettings) -> Option<f64> {
         let is_to_exact = mode.visibility != Visibility::Slabs || modes::is_exact(mode);
         let picture = self.finished_picture().filter(|_| is_to_exact)?;
-        picture.report.remaining_rmse.map(psnr_from_rmse)
+        let report = &picture.report;
+        let is_measured = report.remaining_within_db <= WITHIN_DB;
+        report.remaining_rmse.filter(|_| is_measured).map(psnr_from_rmse)
     }
 
     /// Draws with a mode from now on.

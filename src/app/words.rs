@@ -302,7 +302,11 @@ fn level_and_details(level: &LevelOfDetail) -> (String, Option<String>) {
                 SlabField::Preview => "linear kernels",
             };
             let cut = cut.map_or_else(String::new, |cut| {
-                format!(", octree of {} bricks", count(cut.nodes()))
+                let waiting = match cut.waiting {
+                    0 => String::new(),
+                    waiting => format!(", waiting for {}", count(waiting)),
+                };
+                format!(", octree of {} bricks{waiting}", count(cut.nodes()))
             });
             let reduced = format!("{field} at {width} × {height}{cut}");
             if is_timed { with("coarse", reduced) } else { (reduced, None) }

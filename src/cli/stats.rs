@@ -7,7 +7,6 @@ use crate::plan::Outline;
 use crate::scene::{Backend, Effect, Scene, SplatSettings};
 use crate::task::effect_costs::{AddedTime, LeftOut};
 use crate::task::engine::{EngineKind, HeldBytes, OctreeBuilder};
-use crate::task::remaining::WITHIN_DB;
 use crate::task::still::{Convergence, PassTime, Refine, ShownField, Still, Timer};
 
 /// The file's content; the names are stable.
@@ -179,7 +178,7 @@ impl<'a> Stats<'a> {
                 _ => None,
             },
             estimated_rmse: still.estimated_rmse,
-            estimated_within_db: still.estimated_rmse.map(|_| WITHIN_DB),
+            estimated_within_db: still.estimated_rmse.map(|_| still.estimated_within_db),
             refinement: match &still.convergence {
                 Some(convergence) if convergence.is_reached() => RefineFlag::Converged,
                 _ if still.is_full => RefineFlag::Full,

@@ -44,6 +44,8 @@ pub enum WhyWhole {
     LevelAskedFor,
     /// It is a brick of a field that is drawn from the samples themselves.
     Samples,
+    /// It is a brick of a field whose finer levels have not come yet.
+    NotCome,
 }
 
 /// One node of a cut.

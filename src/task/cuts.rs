@@ -5,14 +5,17 @@
 //! No one limit on it serves all data. So a few limits are compared, each with the size of picture that it affords, and the
 //! one that is thought to lose least is drawn.
 
+mod arrived;
 mod by_engine;
+mod measured;
 
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::draw::{DrawError, Drawer, Observer, Rung, background_light};
+use super::draw::{CutLevels, DrawError, Drawer, Observer, Rung, background_light};
 use super::engines::{Canvas, EngineKind};
-use super::estimate::{Coarseness, field_rmse};
+use super::estimate::Coarseness;
 use super::job::Job;
 use super::previews::{Reduction, is_scaled};
 use super::still::{enlarged, widened};
@@ -29,7 +32,10 @@ use crate::scene::{
 };
 use crate::transfer::{Cumulative, Table, TransferFunction, Weight};
 use crate::volume::ScalarVolume;
+use arrived::Arrived;
+pub use arrived::{BrickSource, InMemory, Wanted};
 use by_engine::Stored;
+use measured::Measured;
 
 /// Errors of bricks that are tried, the least first.
 const ERRORS: [f32; 5] = [0.001, 0.002, 0.004, 0.008, 0.016];
@@ -39,9 +45,9 @@ const ERRORS: [f32; 5] = [0.001, 0.002, 0.004, 0.008, 0.016];
 /// vessels, gains a tenth at most; its tents are a guess. What pictures take moves either (`FieldCuts::learn`).
 const WORK: [[[f64; COARSER + 1]; 2]; 2] =
     [[[0.95, 0.4, 0.18], [1.05, 0.5, 0.27]], [[1.0, 0.7, 0.35], [1.05, 0.9, 0.6]]];
-/// A picture's RMSE as a share of what its bricks' errors would come to if nothing hid them. It differs from scan to scan, and
-/// the least errors add up along rays: what is thought is 8 dB too good to 12 too bad (`benches/results/cuts.md`), and the choice
-/// by it within 1.3 dB of the best.
+/// A picture's RMSE as a share of what its bricks' errors would come to if nothing hid them, until it is found in the picture
+/// (`measured`): it differs from scan to scan, and the least errors add up along rays, so that this alone is 20 dB too good to 12
+/// too bad (`benches/results/cuts.md`).
 const SEEN_SHARE: f64 = 0.5;
 /// What is lost by leaving out pixels grows with the distance between them, as this power of it: 1.2 to 1.4 on three scans.
 const SAMPLING_GROWTH: f64 = 1.35;
@@ -74,6 +80,10 @@ pub(super) struct FieldCuts {
     longer: [f64; 2],
     /// Whose prices these are.
     engine: EngineKind,
+    /// Which bricks there are.
+    arrived: Arrived,
+    /// What pictures of cuts were found to be off by.
+    measured: Option<Measured>,
 }
 
 /// What cuts are of.
@@ -142,6 +152,8 @@ struct Candidate {
     squares: f64,
     /// What a ray costs, of what one of all of the field does, by engine and [`SlabField`].
     shares: [[f64; 2]; 2],
+    /// Bricks that are coarser than they should be, those with the greatest errors first: theirs have not come.
+    waiting: Vec<Wanted>,
 }
 
 /// Why pictures of a plan are never of cuts of its field, in words that follow "there is no cut: "; `None`
@@ -269,14 +281,20 @@ impl Key {
         shown.sort_unstable();
         shown.dedup();
         let bricks = Bricks { key: self.clone(), means, dims, shown, errors };
-        let candidates = ERRORS.map(|max_error| bricks.candidate(max_error)).into();
+        let candidates = bricks.candidates(None);
         Ok(Some(Found { levels, candidates, bricks }))
     }
 }
 
 impl Bricks {
-    fn candidate(&self, max_error: f32) -> Candidate {
-        Candidate::of(max_error, self.dims, &self.shown, &self.errors)
+    /// The cut of an error, of what has come (see [`BrickSource::finest`]).
+    fn candidate(&self, max_error: f32, finest: Option<&[u8]>) -> Candidate {
+        Candidate::of(max_error, self.dims, (&self.shown, &self.errors), finest)
+    }
+
+    /// Those that are compared.
+    fn candidates(&self, finest: Option<&[u8]>) -> Vec<Candidate> {
+        ERRORS.map(|max_error| self.candidate(max_error, finest)).into()
     }
 
     /// Whether pictures of a scene may be of cuts that are found in it.
@@ -290,12 +308,13 @@ impl Bricks {
 
     /// The cells of the cut of an error, at most so many of them.
     pub(super) fn cells_within(&self, max_error: f32, most: usize) -> Cells {
-        self.cells(&self.candidate(max_error), most)
+        self.cells(&self.candidate(max_error, None), most)
     }
 
     /// The bricks of a cut as cells. They are drawn half a voxel aside: a brick begins between two samples, and a cell with a
     /// voxel.
-    fn cells(&self, Candidate { cut, max_error, .. }: &Candidate, most: usize) -> Cells {
+    fn cells(&self, Candidate { cut, max_error, waiting, .. }: &Candidate, most: usize) -> Cells {
+        let waiting: HashSet<u32> = waiting.iter().map(|of| of.brick).collect();
         let Self { key: Key { volume, transfer, .. }, means, errors, .. } = self;
         let table = Table::new(transfer, volume.samples.scalar_type());
         let dims = volume.lattice.dims;
@@ -322,7 +341,12 @@ impl Bricks {
                 error: if level == 0 { 0.0 } else { errors[usize::from(level) - 1] },
                 extinction,
                 colour: [r, g, b].map(unorm),
-                why: if level == 0 { WhyWhole::Samples } else { WhyWhole::ErrorSmallEnough },
+                why: match level {
+                    0 => WhyWhole::Samples,
+                    #[expect(clippy::cast_possible_truncation, reason = "bricks have 32 bits")]
+                    _ if waiting.contains(&(brick as u32)) => WhyWhole::NotCome,
+                    _ => WhyWhole::ErrorSmallEnough,
+                },
             }
         };
         let cells = shown.iter().step_by(step).map(cell).collect();
@@ -381,6 +405,11 @@ pub fn cut_within(
     shown: &[u32],
     errors: &[[f32; COARSER]],
 ) -> FieldCut {
+    FieldCut::new(bricks, levels_within(max_error, shown, errors))
+}
+
+/// Its levels.
+fn levels_within(max_error: f32, shown: &[u32], errors: &[[f32; COARSER]]) -> Vec<u8> {
     let mut levels = vec![EMPTY; errors.len()];
     for &brick in shown {
         let [second, fourth] = errors[brick as usize];
@@ -390,23 +419,44 @@ pub fn cut_within(
             () => 0,
         };
     }
-    FieldCut::new(bricks, levels)
+    levels
 }
 
 impl Candidate {
-    fn of(max_error: f32, bricks: [usize; 3], shown: &[u32], errors: &[[f32; COARSER]]) -> Self {
-        let cut = cut_within(max_error, bricks, shown, errors);
-        let error_of = |brick: usize| match cut.levels()[brick] {
-            0 => 0.0,
-            level => f64::from(errors[brick][usize::from(level) - 1]),
+    fn of(
+        max_error: f32,
+        bricks: [usize; 3],
+        (shown, errors): (&[u32], &[[f32; COARSER]]),
+        finest: Option<&[u8]>,
+    ) -> Self {
+        let mut levels = levels_within(max_error, shown, errors);
+        let mut waiting = arrived::of_what_came(&mut levels, finest);
+        // Of bricks of which nothing has come, and of those that no mean stands for, nobody knows more than that.
+        let worst = match waiting.is_empty() {
+            true => 0.0,
+            false => {
+                let all = shown.iter().flat_map(|&brick| errors[brick as usize]);
+                all.filter(|error| error.is_finite()).fold(0.0, f32::max)
+            }
         };
-        let squares = shown.iter().map(|&brick| (4.0 * error_of(brick as usize)).powi(2)).sum();
+        let error_of = |brick: usize| {
+            let of_means = |level: u8| errors[brick].get(usize::from(level) - 1);
+            match levels[brick] {
+                0 => 0.0,
+                level => of_means(level).copied().filter(|e| e.is_finite()).unwrap_or(worst),
+            }
+        };
+        let squares =
+            shown.iter().map(|&brick| (4.0 * f64::from(error_of(brick as usize))).powi(2)).sum();
+        waiting.sort_by(|a, b| error_of(b.brick as usize).total_cmp(&error_of(a.brick as usize)));
+        let cut = FieldCut::new(bricks, levels);
         let counts = cut.counts().map(|n| n as f64);
         let total = counts.iter().sum::<f64>().max(1.0);
         let share = |work: [f64; COARSER + 1]| {
             counts.iter().zip(work).map(|(n, work)| n * work).sum::<f64>() / total
         };
-        Self { max_error, cut: Arc::new(cut), squares, shares: WORK.map(|work| work.map(share)) }
+        let shares = WORK.map(|work| work.map(share));
+        Self { max_error, cut: Arc::new(cut), squares, shares, waiting }
     }
 }
 
@@ -419,10 +469,34 @@ impl FieldCuts {
         }
     }
 
-    /// The cut of a number, and the greatest error of its bricks.
-    pub(super) fn numbered(&self, number: CutNumber) -> Option<(&Arc<FieldCut>, f32)> {
-        let found = self.candidate(number)?;
-        Some((&found.cut, found.max_error))
+    /// The cut of a number, and what is known of it before a plan.
+    pub(super) fn numbered(&self, number: CutNumber) -> Option<(Arc<FieldCut>, CutLevels)> {
+        let Candidate { cut, max_error, waiting, .. } = self.candidate(number)?;
+        let (max_error, bricks, waiting) = (*max_error, cut.counts(), waiting.len() as u64);
+        Some((Arc::clone(cut), CutLevels { max_error, rmse: 0.0, bricks, waiting }))
+    }
+
+    /// Takes in what has come since the last time: cuts are found anew of it.
+    fn take_arrived(&mut self) {
+        if self.arrived.look() {
+            self.find_again();
+        }
+    }
+
+    /// Finds cuts of what has come.
+    fn find_again(&mut self) {
+        let finest = self.arrived.finest();
+        if let Some(Ready { candidates, asked, bricks: Some(bricks), .. }) = &mut self.ready {
+            *candidates = bricks.candidates(finest);
+            *asked = asked.take().map(|asked| bricks.candidate(asked.max_error, finest));
+        }
+    }
+
+    /// Says what a picture of a cut lacked.
+    pub(super) fn tell_missing(&self, number: CutNumber) {
+        if let Some(found) = self.candidate(number) {
+            self.arrived.want(&found.waiting);
+        }
     }
 
     fn candidate(&self, number: CutNumber) -> Option<&Candidate> {
@@ -445,9 +519,10 @@ impl FieldCuts {
 
     /// Finds the cut of a plan's field whose bricks are off by no more than an error.
     pub(super) fn ask(&mut self, plan: &Plan, max_error: f32) -> Option<CutNumber> {
+        self.take_arrived();
         let ready = self.ready.as_mut().filter(|ready| ready.key.is_of(plan))?;
         if ready.asked.as_ref().is_none_or(|asked| asked.max_error != max_error) {
-            ready.asked = Some(ready.bricks.as_ref()?.candidate(max_error));
+            ready.asked = Some(ready.bricks.as_ref()?.candidate(max_error, self.arrived.finest()));
         }
         Some(ASKED)
     }
@@ -455,7 +530,8 @@ impl FieldCuts {
     /// Turns to another engine, whose prices are its own, and which has means of its own.
     pub(super) fn turn_to(&mut self, engine: EngineKind) {
         if self.engine != engine {
-            *self = Self { means: self.means.take(), engine, ..Self::default() };
+            let (means, arrived) = (self.means.take(), std::mem::take(&mut self.arrived));
+            *self = Self { means, engine, arrived, ..Self::default() };
         }
     }
 
@@ -500,17 +576,15 @@ impl FieldCuts {
         let (at, rmse) = self.sampling.unwrap_or((2.0, UNSEEN_SAMPLING));
         rmse * (shrink / at).powf(SAMPLING_GROWTH)
     }
-
-    /// What a cut in the place of the whole field is thought to cost: RMSE.
-    pub(super) fn cut_rmse(&self, number: CutNumber, plan: &Plan) -> f64 {
-        let Some(found) = self.candidate(number) else { return 0.0 };
-        let brick = 4.0 * plan.view().voxel_pixels();
-        let pixels = f64::from(plan.size[0]) * f64::from(plan.size[1]);
-        SEEN_SHARE * (found.squares * brick * brick / pixels.max(1.0)).sqrt()
-    }
 }
 
 impl Drawer {
+    /// From now on bricks of fields come from a source; without one all are there.
+    pub fn take_bricks_from(&mut self, source: Arc<dyn BrickSource>) {
+        self.cuts.arrived = Arrived::from(source);
+        self.cuts.take_arrived();
+    }
+
     /// Begins to look for cuts of a plan's field, where there are none yet, and takes in what came of it.
     ///
     /// # Errors
@@ -524,6 +598,7 @@ impl Drawer {
         let is_known =
             |ready: &Ready| ready.key.is_of(plan) && (holds_levels || ready.candidates.is_empty());
         if self.cuts.ready.as_ref().is_some_and(is_known) {
+            self.cuts.take_arrived();
             return Ok(());
         }
         // What is looked for of another transfer function is told to stop.
@@ -574,7 +649,26 @@ impl Drawer {
             }
         };
         self.cuts.ready = Some(Ready { key, candidates, asked: None, bricks });
+        self.cuts.arrived.look();
+        if self.cuts.arrived.finest().is_some() {
+            self.cuts.find_again();
+        }
         Ok(())
+    }
+
+    /// Has a plan's field and the cuts of it at hand, as quick pictures do by and by; and the one of an error.
+    ///
+    /// # Errors
+    /// As of any picture.
+    pub fn find_cut(
+        &mut self,
+        plan: &Plan,
+        max_error: f32,
+    ) -> Result<Option<Arc<FieldCut>>, DrawError> {
+        self.prepare_field(plan, SlabField::Own, &mut ())?;
+        self.prepare_cuts(plan, &mut ())?;
+        let number = self.cuts.ask(plan, max_error);
+        Ok(number.and_then(|number| self.cuts.numbered(number)).map(|(cut, _)| cut))
     }
 
     /// Has the cuts of a plan's field at hand, unless something newer comes.
@@ -605,6 +699,12 @@ impl Drawer {
             && !self.cuts.of(plan).is_empty()
     }
 
+    /// Whether cuts of a plan's field are being looked for, and are not there yet.
+    pub(super) fn awaits_cuts(&self, plan: &Plan) -> bool {
+        self.cuts.under_way.as_ref().is_some_and(|(key, _)| key.is_of(plan))
+            && plan.mode.cut.moving != Moving::Subsampled
+    }
+
     /// Why quick pictures of a plan are not of cuts of its field though these were asked for; `None` where they are, or nobody
     /// did.
     pub(super) fn why_not_octree(&self, plan: &Plan) -> Option<&'static str> {
@@ -628,9 +728,7 @@ impl Drawer {
 
     /// What a quick picture is thought to lose: RMSE.
     pub(super) fn thought_rmse(&self, plan: &Plan, of: &Reduction) -> f64 {
-        let field = field_rmse(plan, of.field);
-        let cut = of.cut.map_or(0.0, |number| self.cuts.cut_rmse(number, plan));
-        self.cuts.sampling_rmse(of.shrink).hypot(field).hypot(cut)
+        self.cuts.sampling_rmse(of.shrink).hypot(self.cuts.stand_in_rmse(plan, of.field, of.cut))
     }
 
     /// The cut and the size of a picture of a budget that are thought to lose least: those given, of all of a field, or a
@@ -649,12 +747,13 @@ impl Drawer {
             if !self.is_at_hand(plan, field) || !self.has_room_for_means(field) {
                 continue;
             }
-            for number in 0..self.cuts.of(plan).len() {
-                #[expect(clippy::cast_possible_truncation, reason = "a handful")]
-                let number = number as CutNumber;
-                let share = self.cuts.share(number, field);
+            // All of a field as well, where what it loses was measured: in light more than fewer pixels do.
+            let is_told = moving != Moving::Octree && self.cuts.measured.is_some();
+            let numbers = (0..).take(self.cuts.of(plan).len()).map(Some);
+            for cut in is_told.then_some(None).into_iter().chain(numbers) {
+                let share = cut.map_or(1.0, |number| self.cuts.share(number, field));
                 let shrink = self.affordable_at(field, share, plan.size, budget_ms);
-                let found = Reduction { field, shrink, cut: Some(number) };
+                let found = Reduction { field, shrink, cut };
                 let mut lost = self.thought_rmse(plan, &found);
                 // What was drawn last stays where another is hardly better.
                 if self.last_reduction.is_some_and(|l| (l.field, l.cut) == (field, found.cut)) {
@@ -699,6 +798,7 @@ impl Drawer {
         self.prepare_field(plan, SlabField::Own, &mut ())?;
         self.prepare_preview_field(plan, &mut ())?;
         self.prepare_cuts(plan, &mut ())?;
+        self.measure_stand_ins(plan, &mut ())?;
         let rung = Rung::Coarse { budget_ms };
         // What leaving out pixels costs is learnt from pictures, as it is from those of a hand.
         for _ in 0..3 {
@@ -708,7 +808,8 @@ impl Drawer {
             if let Some(Coarseness::Reduced { sampling_rmse, .. }) =
                 Coarseness::of(plan, rung, &drawn, shrink, &shown)
             {
-                self.cuts.note_sampling(shrink, sampling_rmse);
+                let known = self.known_rmse(plan, &drawn)?;
+                self.note_sampling(shrink, &drawn, (known, sampling_rmse));
             }
         }
         let chosen = self.reduction(plan, budget_ms);
@@ -726,7 +827,7 @@ impl Drawer {
                 let shrink = self.affordable_at(field, share, plan.size, budget_ms);
                 let tried = Reduction { field, shrink, cut };
                 let thought_rmse = self.thought_rmse(plan, &tried);
-                let drawn = self.reduced(plan, tried, &mut ())?;
+                let drawn = self.draw_reduced(plan, tried, &mut ())?;
                 let light = enlarged(self.engines.read_light()?, drawn.size, plan.size);
                 let rmse = accuracy::rmse(&widened(&light), full).map_err(|error| {
                     GpuError::Device(format!("two pictures of one size: {error}"))
@@ -753,7 +854,7 @@ mod tests {
     fn candidates(errors: &[[f32; COARSER]]) -> Vec<Candidate> {
         #[expect(clippy::cast_possible_truncation, reason = "a few")]
         let shown: Vec<u32> = (0..errors.len() as u32 - 1).collect();
-        let of = |most| Candidate::of(most, [errors.len(), 1, 1], &shown, errors);
+        let of = |most| Candidate::of(most, [errors.len(), 1, 1], (&shown, errors), None);
         ERRORS.map(of).into()
     }
 

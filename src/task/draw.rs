@@ -154,6 +154,22 @@ impl Drawer {
         self.within(plan, |drawer| drawer.draw_rung(plan, rung, observer))
     }
 
+    /// A picture of one field, or cut, and size, whatever would be chosen.
+    pub(super) fn draw_reduced(
+        &mut self,
+        plan: &Plan,
+        reduction: Reduction,
+        observer: &mut dyn Observer,
+    ) -> Result<Drawn, DrawError> {
+        if self.engines.of_plan(plan) == EngineKind::Native {
+            self.engines.note(EngineKind::Native);
+            self.prepare_native(plan, observer)?;
+            return self.reduced(plan, reduction, observer);
+        }
+        self.engines.note(EngineKind::Gpu);
+        self.within(plan, |drawer| drawer.reduced(plan, reduction, observer))
+    }
+
     /// Which engine draws a rung of a plan: triangles, of which octree cuts are where a mode asks for them, are the GPU
     /// engine's.
     pub fn engine_of(&self, plan: &Plan, rung: Rung) -> EngineKind {
@@ -239,7 +255,9 @@ impl Drawer {
                 match self.reduction(plan, budget_ms) {
                     Some(reduction) => {
                         self.last_reduction = Some(reduction);
-                        self.reduced(plan, reduction, observer)
+                        let drawn = self.reduced(plan, reduction, observer)?;
+                        reduction.cut.into_iter().for_each(|number| self.cuts.tell_missing(number));
+                        Ok(drawn)
                     }
                     None => {
                         self.last_reduction = None;
@@ -266,7 +284,10 @@ impl Drawer {
             }
             Rung::Bricks { max_error } => {
                 let cut = self.cuts.ask(plan, max_error);
-                self.reduced(plan, Reduction { field: SlabField::Own, shrink: 1.0, cut }, observer)
+                let whole = Reduction { field: SlabField::Own, shrink: 1.0, cut };
+                let drawn = self.reduced(plan, whole, observer)?;
+                cut.into_iter().for_each(|number| self.cuts.tell_missing(number));
+                Ok(drawn)
             }
             Rung::Full => self.full(plan, observer),
         }
@@ -418,6 +439,11 @@ impl Drawer {
         let (size, view) = (plan.size, plan.view());
         let cut = self.cut_of(plan, &view, limits);
         let (count, levels) = (cut.nodes.len() as u64, levels(&cut));
+        // Of a level that was asked for, whatever the errors.
+        let reached = match limits.finest_level {
+            0 => limits.max_error,
+            _ => cut.nodes.iter().map(|node| node.node.error).fold(limits.max_error, f32::max),
+        };
         if is_native {
             let nodes: Vec<Node> = cut.nodes.iter().map(node).collect();
             self.native_nodes(plan, &nodes, observer)?;
@@ -436,7 +462,7 @@ impl Drawer {
             kernels: count,
             nodes: count,
             levels,
-            max_error: limits.max_error,
+            max_error: reached,
             wall_ms: start.elapsed().as_secs_f64() * 1e3,
             ..Drawn::default()
         })

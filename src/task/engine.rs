@@ -26,6 +26,7 @@ pub use crate::gpu::{AdapterChoice, OctreeBuilder};
 pub use super::engines::{Choice, EngineChoice, EngineKind};
 use super::estimate::Checked;
 use super::level::LevelOfDetail;
+use super::remaining::WITHIN_DB;
 use super::still::{Convergence, Still, StillError, StillRequest};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, Wishes};
@@ -158,6 +159,8 @@ pub struct FrameReport {
     /// What the last picture of a view is off by, measured once it is there (see `task::remaining`): RMSE in linear light
     /// to the converged picture, or of modes without slabs to that of the exact mode.
     pub remaining_rmse: Option<f64>,
+    /// What that may be off by, dB.
+    pub remaining_within_db: f64,
     /// On `full` and the finer ones after it: what the coarse picture of the same view was thought to be
     /// off by, and was.
     pub checked: Option<Checked>,
@@ -169,6 +172,8 @@ pub struct FrameReport {
     pub held: Option<HeldBytes>,
     /// Pipelines of slabs were made for it: the next such picture takes less.
     pub made_pipelines: bool,
+    /// A quick picture that might have been of a cut of its field, which was still being looked for.
+    pub awaits_cut: bool,
     /// Who built the octree that was there, where one was.
     pub octree: Option<OctreeBuilder>,
 }
@@ -223,11 +228,13 @@ impl FrameReport {
             progress: 1.0,
             estimated_rmse: None,
             remaining_rmse: None,
+            remaining_within_db: WITHIN_DB,
             checked: None,
             refined: None,
             effects: Vec::new(),
             held: None,
             made_pipelines: false,
+            awaits_cut: false,
             octree: None,
         }
     }

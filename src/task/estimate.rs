@@ -12,6 +12,9 @@ use crate::scene::{Background, Classify};
 /// RMSE that a cut adds, per unit of its greatest node error: 0.03 to 0.08 on the demos shells,
 /// tornado and head (48³) and on hydrogen, 480 × 400 pixels, budgets of 4 to 50 ms.
 const PER_ERROR: f64 = 0.06;
+/// How much farther off averages of every second or fourth sample are than cuts of the same greatest error, most of whose nodes
+/// are nearer: 2.4 to 5.6 dB of a head.
+const SUBSAMPLED: f32 = 1.5;
 /// RMSE that drawing an octree cut smaller adds, for each time that it is smaller: 0.001 to 0.005
 /// there.
 const PER_SHRINK: f64 = 0.002;
@@ -35,8 +38,14 @@ const BLUR_SHARE: f64 = 0.12;
 /// What shading before reconstruction costs even with every voxel drawn: 0.0009 to 0.028 there, 0.01
 /// to 0.05 on scans (design.md §1).
 const SHADE_FIRST_RMSE: f64 = 0.01;
-/// No estimate begins below this: bytes hardly show it.
+/// RMSE of every voxel as a point, which leaves holes: 0.34 and 0.35 of heads, 0.16 of a scan (`docs/reproductions.md`).
+const POINTS_RMSE: f64 = 0.27;
+/// And as a box: 0.09 and 0.05 there, 0.017 of a head of 64³ samples at 640 × 480 pixels.
+const NEAREST_RMSE: f64 = 0.042;
+/// No estimate by a model begins below this: bytes hardly show it.
 const LEAST_RMSE: f64 = 1e-3;
+/// Nor one of fields, whose parts are measured, below this: no difference that is told from rounding to bytes.
+const LEAST_OF_FIELDS: f64 = 1e-4;
 /// Share of the way that a check takes the gain towards what would have been right; the first one of
 /// a mode takes it all the way.
 const TRUST: f64 = 0.5;
@@ -88,6 +97,13 @@ pub enum Coarseness {
         /// What a cut of it is thought to cost, where it is one.
         cut_rmse: Option<f64>,
     },
+    /// Every so many-th sample, averaged: a cut of the octree that nobody fitted.
+    Subsampled {
+        /// The greatest error of its nodes.
+        max_error: f32,
+    },
+    /// Every voxel with a cheaper kernel than the mode's.
+    Cheaper(Kernel),
     /// A scene with vectors, smaller.
     Vectors {
         /// See [`sampling_rmse`].
@@ -110,11 +126,26 @@ impl Coarseness {
         rgba: &[u8],
     ) -> Option<Self> {
         match rung {
-            Rung::Coarse { .. } if !drawn.is_reduced => {
-                let &Drawn { max_error, missing_rmse, .. } = drawn;
-                Some(Self::Octree { max_error, missing_rmse })
+            Rung::Octree { .. } | Rung::Subsampled { .. } | Rung::Cheaper(_)
+                if drawn.is_reduced => {}
+            Rung::Subsampled { .. } => {
+                return Some(Self::Subsampled { max_error: drawn.max_error });
             }
-            Rung::Coarse { .. } | Rung::Reduced { .. } | Rung::Bricks { .. } => {
+            Rung::Cheaper(kernel) => return Some(Self::Cheaper(kernel)),
+            _ => {}
+        }
+        match rung {
+            Rung::Coarse { .. } | Rung::Octree { .. } if !drawn.is_reduced => {
+                let &Drawn { max_error, missing_rmse, .. } = drawn;
+                // What it leaves out of a scene, nobody has seen: as much light, it is thought, as is there.
+                let left_out = match plan.kernels.is_empty() {
+                    true => 0.0,
+                    false => light_rms(plan.background, rgba),
+                };
+                Some(Self::Octree { max_error, missing_rmse: missing_rmse.hypot(left_out) })
+            }
+            Rung::Full => None,
+            _ => {
                 let is_smaller = shrink > 1.0;
                 if !is_smaller && drawn.is_of_own() {
                     // The finished picture.
@@ -134,10 +165,9 @@ impl Coarseness {
                     return Some(Self::Vectors { sampling_rmse, marks_rmse, are_means });
                 }
                 let cut_rmse = drawn.cut.map(|cut| cut.rmse);
-                let field_rmse = field_rmse(plan, drawn.field);
-                Some(Self::Reduced { sampling_rmse, field: drawn.field, field_rmse, cut_rmse })
+                let &Drawn { field, field_rmse, .. } = drawn;
+                Some(Self::Reduced { sampling_rmse, field, field_rmse, cut_rmse })
             }
-            _ => None,
         }
     }
 
@@ -148,7 +178,14 @@ impl Coarseness {
             Self::Reduced { field: SlabField::Own, .. } => 1,
             Self::Reduced { field: SlabField::Preview, .. } => 2,
             Self::Vectors { are_means, .. } => 3 + usize::from(are_means),
+            Self::Subsampled { .. } => 6,
+            Self::Cheaper(Kernel::Point) => 7,
+            Self::Cheaper(_) => 8,
         }
+    }
+
+    fn least_rmse(self) -> f64 {
+        if let Self::Reduced { .. } = self { LEAST_OF_FIELDS } else { LEAST_RMSE }
     }
 
     /// The estimate before anything was learnt: RMSE in linear light. Errors of different origin add
@@ -161,7 +198,10 @@ impl Coarseness {
             Self::Vectors { sampling_rmse, marks_rmse, .. } => {
                 return marks_rmse.hypot(sampling_rmse);
             }
+            Self::Cheaper(Kernel::Point) => return POINTS_RMSE,
+            Self::Cheaper(_) => return NEAREST_RMSE,
             Self::Octree { max_error, missing_rmse } => (max_error, missing_rmse),
+            Self::Subsampled { max_error } => (SUBSAMPLED * max_error, 0.0),
         };
         let enlarged = PER_SHRINK * (shrink - 1.0).max(0.0);
         // Nor is any picture further off than black from white.
@@ -189,7 +229,7 @@ pub(super) fn field_rmse(plan: &Plan, field: SlabField) -> f64 {
 }
 
 /// Of coarseness.
-const KINDS: usize = 6;
+const KINDS: usize = 9;
 
 /// The model of a coarse picture's error: what its cut, its size and its shading are thought to
 /// cost, times a gain learnt from the finished pictures of the same volume and mode.
@@ -208,7 +248,7 @@ impl Estimator {
     pub fn rmse(&self, plan: &Plan, coarseness: Coarseness, shrink: f64) -> f64 {
         let known = if self.knows(plan) { self.doublings[coarseness.kind()] } else { 0.0 };
         let first = coarseness.first_rmse(plan.mode.classify, shrink);
-        first.max(LEAST_RMSE) * known.exp2()
+        first.max(coarseness.least_rmse()) * known.exp2()
     }
 
     /// Takes in what a coarse picture of `plan` turned out to be.
@@ -231,6 +271,23 @@ impl Estimator {
         let is_like = |of: &Plan| of.has_same_samples(plan) && of.mode == plan.mode;
         self.learnt_from.as_ref().is_some_and(is_like)
     }
+}
+
+/// What a picture in part is off by, of which a share is drawn, where a coarse one of the same view was shown before it,
+/// thought to be off by so much: as much as the two differ, less what that one lacks where the part has it.
+pub(super) fn part_rmse(part: &Picture, done: f64, coarse: Option<&Picture>) -> f64 {
+    let known = coarse.and_then(|coarse| Some((coarse, coarse.report.estimated_rmse?)));
+    let found = known.and_then(|(coarse, rmse)| {
+        let differ = shown_rmse(part, coarse).ok()?;
+        let of_rest = differ * differ - done * rmse * rmse;
+        // Nor is it nearer than a picture of which as much were coarse.
+        Some(of_rest.max((1.0 - done) * rmse * rmse).sqrt())
+    });
+    found.unwrap_or_else(|| {
+        // As bright as what is there.
+        let light = light_rms(Background::Transparent, &part.rgba);
+        light * ((1.0 - done) / done.max(1e-3)).sqrt()
+    })
 }
 
 /// RMSE between two pictures as they are shown at the size they were asked for: sRGB bytes enlarged
@@ -686,6 +743,51 @@ mod tests {
         lit.mode.kernel = Kernel::Cells;
         assert_eq!(field_rmse(&lit, SlabField::Preview), LIT_TENTS_OF_CELLS_RMSE);
         assert_eq!(field_rmse(&lit, SlabField::Own), 0.0);
+    }
+
+    /// A part is held to what was shown before it.
+    #[test]
+    fn a_picture_in_part_is_off_by_what_it_lacks() {
+        let fine = |x: u32, y: u32| (40 + 3 * x + (y % 7) * 8) as u8;
+        let full = picture([64, 48], [64, 48], fine);
+        let mut coarse = picture([64, 48], [64, 48], |x, y| fine(x, y).saturating_add(6));
+        coarse.report.estimated_rmse = Some(shown_rmse(&coarse, &full).unwrap());
+        for rows in [6, 24, 45] {
+            let done = f64::from(rows) / 48.0;
+            let part = picture([64, 48], [64, 48], |x, y| if y < rows { fine(x, y) } else { 0 });
+            let is = shown_rmse(&part, &full).unwrap();
+            let told = part_rmse(&part, done, Some(&coarse));
+            // Measured: 0.92 to 1.1.
+            assert!((told / is - 1.0).abs() < 0.2, "{rows}: {told} {is}");
+            // Nothing was shown: as bright as what is there. Measured: 0.98 to 1.02.
+            let alone = part_rmse(&part, done, None);
+            assert!((alone / is - 1.0).abs() < 0.2, "{rows}: {alone} {is}");
+        }
+        assert_eq!(part_rmse(&full, 1.0, None), 0.0);
+    }
+
+    /// Rungs of other ladders are learnt like any other coarse picture.
+    #[test]
+    fn subsampled_pictures_and_cheaper_kernels_have_estimates_of_their_own() {
+        let scene = plan(Classify::Before);
+        let kinds = [
+            Coarseness::Subsampled { max_error: 1.0 },
+            Coarseness::Cheaper(Kernel::Point),
+            Coarseness::Cheaper(Kernel::Nearest),
+        ];
+        let mut estimator = Estimator::default();
+        let of = |estimator: &Estimator| kinds.map(|kind| estimator.rmse(&scene, kind, 1.0));
+        assert_eq!(of(&estimator), [PER_ERROR * 1.5, POINTS_RMSE, NEAREST_RMSE]);
+        for (kind, coarseness) in kinds.into_iter().enumerate() {
+            let before = of(&estimator);
+            let estimated_rmse = before[kind];
+            let checked = Checked { estimated_rmse, measured_rmse: 0.5 * estimated_rmse };
+            estimator.learn(&scene, coarseness, &checked);
+            for (other, (before, after)) in before.into_iter().zip(of(&estimator)).enumerate() {
+                let times = if other == kind { 0.5 } else { 1.0 };
+                assert!((after / before - times).abs() < 1e-9, "{kind} {other}: {after}");
+            }
+        }
     }
 
     #[test]

@@ -110,6 +110,7 @@ mod tests {
             frame_ms: Vec::new(),
             field: None,
             estimated_rmse: None,
+            estimated_within_db: crate::task::remaining::WITHIN_DB,
             passes: Vec::new(),
             timed_frame_ms: None,
             timer: None,

@@ -382,9 +382,9 @@ impl Drawer {
         Reduction { field, shrink, cut }: Reduction,
         observer: &mut dyn Observer,
     ) -> Result<Drawn, DrawError> {
-        let smaller = shrunk(plan.size, shrink);
+        let (smaller, enlarged) = (shrunk(plan.size, shrink), plan.enlarged * shrink);
         let found = cut.and_then(|number| Some((number, self.cuts.numbered(number)?)));
-        let found = found.map(|(number, (cut, max_error))| (number, Arc::clone(cut), max_error));
+        let found = found.map(|(number, (cut, levels))| (number, cut, levels));
         let with_cut = |plan: Plan| match &found {
             None => plan,
             // Slabs are as thick as the samples are wide, and laid down near to far: the light is the same either way.
@@ -398,23 +398,25 @@ impl Drawer {
         let drawn = match field {
             SlabField::Preview => {
                 let mode = preview_mode(plan).unwrap_or(plan.mode);
-                let plan = with_cut(plan.in_mode(mode).at_size(smaller, shrink));
+                let plan = with_cut(plan.in_mode(mode).at_size(smaller, enlarged));
                 self.slabs_of(&plan, field, observer)
             }
             SlabField::Own if is_of_few_cells(plan) && shrink > 1.0 => {
                 let slabs_per_voxel = plan.mode.slabs_per_voxel.min(1.0) * cells_slabs(shrink);
                 let mode = SplatSettings { slabs_per_voxel, ..plan.mode };
-                let smaller = plan.in_mode(mode).at_size(smaller, shrink);
+                let smaller = plan.in_mode(mode).at_size(smaller, enlarged);
                 self.slabs_of(&with_cut(smaller), field, observer)
             }
             SlabField::Own if plan.way == Way::Slabs => {
-                self.slabs_of(&with_cut(plan.at_size(smaller, shrink)), field, observer)
+                self.slabs_of(&with_cut(plan.at_size(smaller, enlarged)), field, observer)
             }
             SlabField::Own => self.full(&plan.at_size(smaller, 1.0), observer),
         }?;
-        let Some((number, cut, max_error)) = found else {
+        let field_rmse = self.cuts.stand_in_rmse(plan, field, None);
+        let drawn = Drawn { is_reduced: true, field, field_rmse, ..drawn };
+        let Some((number, _, levels)) = found else {
             self.cuts.learn(None);
-            return Ok(Drawn { is_reduced: true, field, ..drawn });
+            return Ok(Drawn { awaits_cut: self.awaits_cuts(plan), ..drawn });
         };
         // What all of the field was thought to cost is not touched by what a cut of it does, but where that explains nothing.
         let rays = f64::from(smaller[0]) * f64::from(smaller[1]);
@@ -426,9 +428,10 @@ impl Drawer {
             self.costs.hold_fields_together(field);
         }
         self.kept_bricks = self.keeps_cut.then_some(number);
-        let cut =
-            CutLevels { max_error, rmse: self.cuts.cut_rmse(number, plan), bricks: cut.counts() };
-        Ok(Drawn { is_reduced: true, field, cut: Some(cut), ..drawn })
+        let of_cut = self.cuts.stand_in_rmse(plan, field, Some(number));
+        let rmse = (of_cut * of_cut - field_rmse * field_rmse).max(0.0).sqrt();
+        let cut = CutLevels { rmse, ..levels };
+        Ok(Drawn { cut: Some(cut), ..drawn })
     }
 }
 

@@ -10,15 +10,47 @@ use crate::accuracy::{self, sweep::exact_mode};
 use crate::core::{Camera, Projection};
 use crate::gpu::GpuError;
 use crate::plan::{Plan, Way};
-use crate::scene::{MOST_SLABS_PER_VOXEL, SplatSettings, Visibility};
+use crate::scene::{Classify, MOST_SLABS_PER_VOXEL, SplatSettings, Visibility};
 
 /// What an error that was found so may be off by, dB, in 95 pictures of 100 (`tests/remaining.rs`).
 pub const WITHIN_DB: f64 = 3.0;
+/// What finished pictures are mostly off by where nothing could be drawn beside one, and what that may be off by, dB: 40 to 66 dB in
+/// slabs of reconstructed fields, and 26 to 61 shaded first (0.0009 to 0.05 on demos and scans, as in `estimate`).
+const USUAL: [Told; 2] =
+    [Told { rmse: 2.2e-3, within_db: 13.0 }, Told { rmse: 6.7e-3, within_db: 17.5 }];
 /// Pixels of a picture that are drawn again, about.
 const PIXELS: f64 = 16_384.0;
 /// What a doubling of the slabs leaves of a difference: within these, whatever two differences say. Rounding and
 /// steps of a transfer function are no series.
 const LEFT: [f64; 2] = [0.05, 0.75];
+
+/// What a picture is said to be off by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Told {
+    /// RMSE over RGB, linear light, over black.
+    pub rmse: f64,
+    /// What that may be off by, dB.
+    pub within_db: f64,
+}
+
+impl Told {
+    /// Of a picture of a plan that was measured; or, where no other could be drawn beside it, of such pictures as a rule.
+    ///
+    /// # Errors
+    /// Interrupted, and a device that is not well.
+    pub(super) fn of(plan: &Plan, measured: Result<f64, DrawError>) -> Result<Self, DrawError> {
+        match measured {
+            Ok(rmse) => Ok(Self { rmse, within_db: WITHIN_DB }),
+            Err(error) if error.is_refusal() && error != DrawError::Interrupted => {
+                log::warn!("what the picture is off by was not found: {error}");
+                let is_in_slabs = plan.mode.visibility == Visibility::Slabs
+                    && plan.mode.classify != Classify::Before;
+                Ok(USUAL[usize::from(!is_in_slabs)])
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
 
 /// Whether [`of_finished`] looks at the picture itself.
 pub(super) fn needs_light(plan: &Plan) -> bool {
@@ -171,17 +203,17 @@ impl Series {
 
 /// Every so many-th pixel of a picture in both directions, by a camera that sees just these.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Every {
+pub(super) struct Every {
     size: [u32; 2],
     /// Odd, so that one pixel is in the middle of so many.
-    step: u32,
+    pub(super) step: u32,
     /// Pixels that are seen.
-    small: [u32; 2],
+    pub(super) small: [u32; 2],
 }
 
 impl Every {
     /// At most about so many pixels; those along the border may be missing.
-    fn of(size: [u32; 2], pixels: f64) -> Self {
+    pub(super) fn of(size: [u32; 2], pixels: f64) -> Self {
         let most = (f64::from(size[0]) * f64::from(size[1]) / pixels).sqrt();
         let least_side = size[0].min(size[1]).max(1);
         let mut step = 1;
@@ -201,7 +233,7 @@ impl Every {
     }
 
     /// Sees the pixels' middles as the plan's does.
-    fn camera(&self, plan: &Plan) -> Camera {
+    pub(super) fn camera(&self, plan: &Plan) -> Camera {
         let share = f64::from(self.small[1] * self.step) / f64::from(self.size[1].max(1));
         let projection = match plan.camera.projection {
             Projection::Orthographic => Projection::Orthographic,
@@ -214,7 +246,7 @@ impl Every {
     }
 
     /// Where they are among the pixels of the picture, rows from the top.
-    fn indices(self) -> impl Iterator<Item = usize> {
+    pub(super) fn indices(self) -> impl Iterator<Item = usize> {
         let at = move |axis: usize, i: u32| {
             let border = (self.size[axis] - self.small[axis] * self.step) / 2;
             (border + i * self.step + self.step / 2) as usize

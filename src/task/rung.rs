@@ -57,6 +57,8 @@ pub struct CutLevels {
     pub rmse: f64,
     /// Bricks of 4³ cells that were drawn from the samples themselves, from means of 2³, and of 4³.
     pub bricks: [u64; COARSER + 1],
+    /// Bricks among them, and others that are left out, whose own level has not come yet: they are coarser than the cut asks for.
+    pub waiting: u64,
 }
 
 impl CutLevels {
@@ -90,8 +92,12 @@ pub struct Drawn {
     pub is_reduced: bool,
     /// Which field of those on the device it shows, where it shows one.
     pub field: SlabField,
+    /// What it is thought to cost that this is another than the scene's own: RMSE of a quick picture.
+    pub field_rmse: f64,
     /// A cut of that, where it shows one.
     pub cut: Option<CutLevels>,
+    /// Whether it might have been of a cut, which was still being looked for.
+    pub awaits_cut: bool,
     /// Slabs of a reconstructed field, or gathered samples, which lights and shading tables reach.
     pub is_shaded: bool,
     /// Times that vectors were halved beyond what was asked for, as too many lay over one tile.

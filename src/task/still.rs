@@ -12,7 +12,7 @@ use super::engine::HeldBytes;
 use super::engines::{Canvas, EngineKind};
 use super::estimate::{Coarseness, Estimator};
 use super::previews::is_plain;
-use super::remaining;
+use super::remaining::{self, Told, WITHIN_DB};
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
@@ -147,6 +147,8 @@ pub struct Still {
     /// picture, measured at some of its pixels ([`super::remaining`]). Else of a picture within a budget to `full`, by a
     /// model that has seen no picture of this volume yet; `None` of others.
     pub estimated_rmse: Option<f64>,
+    /// What that may be off by, dB, mostly.
+    pub estimated_within_db: f64,
     /// Pass times, where asked for, of one more frame in which each pass is submitted and waited for
     /// by itself: disjoint spans of [`Still::timed_frame_ms`], not of `frame_ms`.
     pub passes: Vec<PassTime>,
@@ -279,6 +281,7 @@ pub(super) fn draw(
         drawer.prepare_field(&plan, SlabField::Own, &mut watch)?;
         drawer.prepare_preview_field(&plan, &mut watch)?;
         drawer.prepare_cuts(&plan, &mut watch)?;
+        drawer.measure_stand_ins(&plan, &mut watch)?;
         // Costs are learnt first; the picture then fits its budget.
         for _ in 0..4 {
             let drawn = drawer.draw(&plan, rung, &mut watch)?;
@@ -286,7 +289,8 @@ pub(super) fn draw(
             let shown = drawer.engines.present(background_light(plan.background))?;
             let coarseness = Coarseness::of(&plan, rung, &drawn, shrink, &shown);
             if let Some(Coarseness::Reduced { sampling_rmse, .. }) = coarseness {
-                drawer.cuts.note_sampling(shrink, sampling_rmse);
+                let known = drawer.known_rmse(&plan, &drawn)?;
+                drawer.note_sampling(shrink, &drawn, (known, sampling_rmse));
             }
         }
     }
@@ -313,8 +317,10 @@ pub(super) fn draw(
     let background = background_light(plan.background);
     let shown = drawer.engines.present(background)?;
     let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
-    let estimated_rmse = Coarseness::of(&plan, rung, &drawn, shrink, &shown)
-        .map(|coarseness| Estimator::default().rmse(&plan, coarseness, shrink));
+    let known = drawer.known_rmse(&plan, &drawn)?;
+    let estimated_rmse = Coarseness::of(&plan, rung, &drawn, shrink, &shown).map(|coarseness| {
+        known.unwrap_or_else(|| Estimator::default().rmse(&plan, coarseness, shrink))
+    });
     let rgba = if drawn.size == *size { shown } else { srgb_bytes(&light, background) };
     let field = shown_field(drawer, rung, &drawn, &plan);
     for turn in 1..=request.repeat {
@@ -384,6 +390,7 @@ pub(super) fn draw(
         frame_ms,
         field,
         estimated_rmse,
+        estimated_within_db: WITHIN_DB,
         passes,
         timed_frame_ms,
         timer,
@@ -400,8 +407,8 @@ pub(super) fn draw(
     if request.time_passes {
         // At the size that was asked for, with the slabs that it came to.
         let plan = Plan::of(scene, *size).in_mode(plan.mode);
-        if let Some(rmse) = measured_error(drawer, &plan, &still, &mut watch)? {
-            still.estimated_rmse = Some(rmse);
+        if let Some(Told { rmse, within_db }) = measured_error(drawer, &plan, &still, &mut watch)? {
+            (still.estimated_rmse, still.estimated_within_db) = (Some(rmse), within_db);
         }
     }
     Ok(still)
@@ -414,7 +421,7 @@ fn measured_error(
     plan: &Plan,
     still: &Still,
     watch: &mut Watch<'_>,
-) -> Result<Option<f64>, StillError> {
+) -> Result<Option<Told>, StillError> {
     let is_finished = still.is_full || still.drawn.is_whole(still.size);
     let measured = match is_finished {
         true => remaining::of_finished(drawer, plan, &still.light, watch),
@@ -424,14 +431,14 @@ fn measured_error(
         false => return Ok(None),
     };
     match measured {
-        Ok(rmse) => Ok(Some(rmse)),
-        // The picture is there all the same.
-        Err(error) if error.is_refusal() && error != DrawError::Interrupted => {
-            log::warn!("what the picture is off by was not found: {error}");
-            Ok(None)
-        }
-        Err(error) => Err(error.into()),
+        // It was estimated.
+        Err(error) if still.estimated_rmse.is_some() && is_no_more_than_refused(&error) => Ok(None),
+        measured => Ok(Some(Told::of(plan, measured)?)),
     }
+}
+
+fn is_no_more_than_refused(error: &DrawError) -> bool {
+    error.is_refusal() && *error != DrawError::Interrupted
 }
 
 /// The light of the picture that was drawn last, and what it took to have it in memory, milliseconds: nothing where the
@@ -631,7 +638,7 @@ pub fn enlarged(light: Vec<[f32; 4]>, from: [u32; 2], to: [u32; 2]) -> Vec<[f32;
 }
 
 /// For each of `to` pixel centres, the two of `from` around it and the share of the second.
-fn taps(from: u32, to: u32) -> Vec<(usize, usize, f32)> {
+pub(super) fn taps(from: u32, to: u32) -> Vec<(usize, usize, f32)> {
     let last = f64::from(from - 1);
     (0..to)
         .map(|i| {

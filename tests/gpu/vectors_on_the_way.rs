@@ -47,7 +47,7 @@ fn another_field_beside_vectors_is_drawn_and_never_without_them() {
 }
 
 #[test]
-fn a_moving_hand_has_the_field_alone_until_it_is_reconstructed_and_no_estimate_of_it() {
+fn a_moving_hand_has_the_field_alone_until_it_is_reconstructed_and_is_told_that_much_is_missing() {
     let Some(bench) = Bench::new() else { return };
     bench.request(&beside(), PICTURE, rest());
     bench.until_full(PICTURE);
@@ -60,7 +60,9 @@ fn a_moving_hand_has_the_field_alone_until_it_is_reconstructed_and_no_estimate_o
     });
     let report = &pictures[0].report;
     assert!(matches!(report.level, LevelOfDetail::Octree { .. }), "{report:?}");
-    assert!(report.effects.is_empty() && report.estimated_rmse.is_none(), "{report:?}");
+    assert!(report.effects.is_empty(), "{report:?}");
+    // As much light as is on it, it is thought.
+    assert!(report.estimated_rmse.is_some_and(|rmse| rmse > 0.01), "{report:?}");
     bench.request(&smooth, PICTURE, rest());
     let full = bench.until_full(PICTURE);
     assert!(full.last().is_some_and(|picture| picture.report.effects.contains(&Effect::Vectors)));

@@ -1,13 +1,13 @@
 //! Every row drawn once, one after the other, by the native engine where that draws it, and on one device where there is one.
 
-use std::sync::{LazyLock, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use voxsplat::core::Ticket;
 use voxsplat::gpu::{AdapterChoice, Context, GpuError, Renderer, Wishes};
 use voxsplat::hierarchy::Cut;
-use voxsplat::plan::Plan;
+use voxsplat::plan::{FieldCut, Plan};
 use voxsplat::scene::Scene;
-use voxsplat::task::draw::{DrawError, Drawer};
+use voxsplat::task::draw::{DrawError, Drawer, Rung};
 use voxsplat::task::engines::{Canvas as _, EngineChoice, EngineKind, Engines};
 
 use crate::rows::{Judged, Row, rows};
@@ -22,6 +22,8 @@ pub(crate) struct Picture {
     pub(crate) shown: Vec<u8>,
     /// What it was drawn from, where that was a cut.
     pub(crate) cut: Option<Cut>,
+    /// The same where it was one of the field.
+    pub(crate) bricks: Option<Arc<FieldCut>>,
 }
 
 /// Both engines, in the order in which they are judged.
@@ -145,12 +147,17 @@ pub(crate) fn draw(drawer: &mut Drawer, row: &Row, scene: &Scene) -> Result<Pict
     let mut picture = || -> Result<Picture, DrawError> {
         let plan = Plan::of(scene, row.size);
         drawer.prepare(&plan, &Ticket::new())?;
+        let bricks = match row.rung {
+            Rung::Bricks { max_error } => drawer.find_cut(&plan, max_error)?,
+            _ => None,
+        };
         let drawn = drawer.draw(&plan, row.rung, &mut ())?;
         Ok(Picture {
             size: drawn.size,
             light: drawer.engines.read_light()?,
             shown: drawer.engines.present(scenes::background(scene))?,
             cut: drawer.take_cut().map(|(cut, _)| cut),
+            bricks,
         })
     };
     picture().map_err(|error| error.to_string())

@@ -7,6 +7,7 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use voxsplat::accuracy::{Difference, psnr_from_rmse};
 use voxsplat::hierarchy::Cut;
+use voxsplat::plan::FieldCut;
 use voxsplat::reference::Reference;
 use voxsplat::scene::{Classify, Scene, SplatSettings, View, Visibility};
 use voxsplat::task::draw::Rung;
@@ -55,6 +56,14 @@ fn expected_of(cut: &Cut, Drawn { row, scene, .. }: &Drawn) -> Light {
     let kernels = scenes::kernels_of(cut, &scene);
     let reference = Reference::of_kernels(kernels, &scene, row.size.map(|n| n as usize), false);
     reference.expect("a mode with meaning").picture()
+}
+
+/// The reference's picture of a cut of the field.
+fn expected_of_bricks(cut: &FieldCut, Drawn { row, scene, .. }: &Drawn) -> Light {
+    let reference = Reference::new(scene, row.size.map(|n| n as usize));
+    let bricks: usize = cut.dims.iter().product();
+    let reference = reference.expect("a mode with meaning");
+    reference.of_cut(scene, cut.dims, &cut.levels()[..bricks]).picture()
 }
 
 /// What the kernels of a cut are laid down in: nodes lie in no sheet of the lattice, and only what is shaded
@@ -116,6 +125,9 @@ fn measured() -> &'static [Measured] {
                     (Some(expected), ..) => expected.clone(),
                     (None, Judged::In(mode), _) => expected_in(mode, &drawn.scene, picture.size),
                     (None, Judged::AsCut, Some(cut)) => expected_of(cut, drawn),
+                    (None, Judged::AsBricks, _) => {
+                        expected_of_bricks(picture.bricks.as_ref()?, drawn)
+                    }
                     _ => return None,
                 };
                 let decibels = nearness(&wide(picture), &expected);
@@ -165,6 +177,11 @@ fn fault_of(drawn: &Drawn, engine: EngineKind) -> Option<String> {
         Some(Ok(Picture { cut: None, .. })) if drawn.row.judged == Judged::AsCut => {
             "no cut was drawn"
         }
+        Some(Ok(Picture { bricks, .. })) if drawn.row.judged == Judged::AsBricks => match bricks {
+            None => "no cut was drawn",
+            Some(cut) if cut.counts().iter().filter(|&&n| n > 0).count() < 2 => "one level alone",
+            Some(_) => return None,
+        },
         _ => return None,
     };
     Some(format!("{} by {}: {fault}", drawn.row.name(), engine.name()))

@@ -29,6 +29,8 @@ pub(crate) enum Judged {
     In(SplatSettings),
     /// The kernels of the cut that it was drawn from.
     AsCut,
+    /// The cut of its field that it was drawn from.
+    AsBricks,
     /// Nothing: it is not drawn, and a sentence says why.
     Refused,
 }
@@ -110,7 +112,7 @@ impl Row {
         });
         match judged {
             Judged::In(_) => {}
-            Judged::AsCut => words.push("as cut".to_owned()),
+            Judged::AsCut | Judged::AsBricks => words.push("as cut".to_owned()),
             Judged::Refused => words.push("refused".to_owned()),
         }
         words.join("/")
@@ -278,6 +280,7 @@ fn all() -> Vec<Row> {
         from_within(),
         smaller_than_a_pixel(),
         cuts(),
+        bricks(),
         other_rungs(),
         refused(),
     ]
@@ -736,6 +739,28 @@ fn cuts() -> Vec<Row> {
     ] {
         rows.push(row(&SplatSettings { cut, ..EVERY_SAMPLE }).of(some).by_cut());
     }
+    rows
+}
+
+/// Cuts of a field beside what they can stand with, held to the reference's picture of the same cut, and to the scene. Isosurfaces
+/// pass every brick of so small a field, and noise has no means: `tests/cuts.rs` has those.
+fn bricks() -> Vec<Row> {
+    use Part::{Clip, CutFaces, Lights, OpaquePolygons, Slices, TranslucentPolygons};
+    let of = |parts: &[Part], mode: SplatSettings, max_error: f32| {
+        Row::new(Field::Waves, parts, mode).of(Rung::Bricks { max_error })
+    };
+    let by_cut = |row: Row| Row { judged: Judged::AsBricks, ..row };
+    let mut rows = vec![
+        of(&[], EXACT, 0.05),
+        of(&[Lights], EXACT, 0.05),
+        of(&[Clip, CutFaces], EXACT, 0.05),
+        of(&[Slices, Lights], EXACT, 0.05),
+        of(&[OpaquePolygons, TranslucentPolygons], EXACT, 0.05),
+        of(&[], with(Kernel::Linear, EXACT), 0.05),
+        of(&[], EXACT, 0.05).from(Eye::Within),
+    ];
+    rows = rows.into_iter().map(by_cut).collect();
+    rows.extend([of(&[], EXACT, 0.01), of(&[Lights], EXACT, 0.01)]);
     rows
 }
 

@@ -235,6 +235,8 @@ fn gradient(request: &FrameRequest) -> Picture {
             polygons: 0,
         }),
         made_pipelines: false,
+        awaits_cut: false,
+        remaining_within_db: 3.0,
         octree: None,
     };
     Picture { size: request.size, requested_size: request.size, rgba, report }

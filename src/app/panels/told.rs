@@ -82,7 +82,7 @@ fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<St
     if let Some(rmse) = report.estimated_rmse {
         return Some(words::about_decibels(psnr_from_rmse(rmse), true));
     }
-    let found = report.remaining_rmse.map(found_words);
+    let found = report.remaining_rmse.map(|rmse| found_words(rmse, report));
     match (report.level, measured) {
         (LevelOfDetail::Refined(convergence), _) if convergence.is_reached() => {
             Some(found.map_or("converged".to_owned(), |found| format!("converged, {found}")))
@@ -113,8 +113,8 @@ fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<St
 }
 
 /// What the last picture of a view was found to be off by, with what that is worth: `52 ± 3 dB`.
-fn found_words(rmse: f64) -> String {
-    words::decibels_within(psnr_from_rmse(rmse), WITHIN_DB)
+fn found_words(rmse: f64, report: &FrameReport) -> String {
+    words::decibels_within(psnr_from_rmse(rmse), report.remaining_within_db)
 }
 
 /// All there is to say of a picture: what about, and a sentence. `key` refines the view.
@@ -152,7 +152,11 @@ fn picture_words(report: &FrameReport) -> String {
                 SlabField::Preview => ", with linear kernels",
             };
             let cut = cut.as_ref().map_or_else(String::new, cut_words);
-            format!("A quick picture of {width} × {height} pixels{kernels}{cut}")
+            let awaits = match report.awaits_cut {
+                true => ", while its octree is being looked for",
+                false => "",
+            };
+            format!("A quick picture of {width} × {height} pixels{kernels}{cut}{awaits}")
         }
         LevelOfDetail::Subsampled { .. } | LevelOfDetail::Cheaper(_) => {
             format!("A quick picture: {}", words::level_in_full(&report.level))
@@ -183,9 +187,14 @@ fn picture_words(report: &FrameReport) -> String {
 /// From which levels of the octree a picture was drawn.
 fn cut_words(cut: &CutLevels) -> String {
     let [fine, second, fourth] = cut.bricks.map(words::count);
+    let waiting = match cut.waiting {
+        0 => String::new(),
+        1 => ". One brick will be finer: it has not come yet".to_owned(),
+        many => format!(". {} bricks will be finer: they have not come yet", words::count(many)),
+    };
     format!(
         ", by an octree: {fine} bricks are drawn from their samples, {second} from means of 2 × 2 × 2, and {fourth} from \
-         means of 4 × 4 × 4"
+         means of 4 × 4 × 4{waiting}"
     )
 }
 
@@ -292,8 +301,11 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
     let is_measured_here = measured.is_some_and(|measured| measured.is_of_this_view)
         && matches!(report.level, LevelOfDetail::Full { .. });
     if let Some(rmse) = report.remaining_rmse.filter(|_| !is_measured_here) {
-        let found = words::capital(&found_words(rmse));
+        let found = words::capital(&found_words(rmse, report));
         return match mode.visibility {
+            _ if report.remaining_within_db > WITHIN_DB => format!(
+                "{found}, as such pictures mostly are: memory was too short to draw any of its pixels again"
+            ),
             Visibility::Slabs => format!(
                 "{found} to the converged picture of this mode: found by drawing some of its pixels with twice and \
                  four times the slabs"

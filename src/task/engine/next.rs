@@ -53,7 +53,8 @@ impl Worker {
     ) -> Option<Next> {
         let (scene, plan) = (&request.scene, request.plan());
         let drawer = self.drawer.as_ref()?;
-        let is_reduced = !matches!(coarseness, Coarseness::Octree { .. });
+        let is_reduced =
+            matches!(coarseness, Coarseness::Reduced { .. } | Coarseness::Vectors { .. });
         let rmse_at = |shrink: f64| {
             let rmse = shown.report.estimated_rmse.filter(|_| is_reduced)?;
             Some(rmse_when_sharper(rmse, shown.shrink(), shrink))

@@ -47,17 +47,9 @@ impl Worker {
         let mut watch = Watch::new(self, &request, manner, &drawer);
         let found = remaining::of_finished(&mut drawer, &plan, &light, &mut watch);
         self.drawer = Some(drawer);
-        let rmse = match found {
-            Ok(rmse) => rmse,
-            // The picture is there all the same.
-            Err(error) if error.is_refusal() && error != DrawError::Interrupted => {
-                log::warn!("what the picture is off by was not found: {error}");
-                return Ok(());
-            }
-            Err(error) => return Err(error),
-        };
+        let remaining::Told { rmse, within_db } = remaining::Told::of(&plan, found)?;
         let mut told = (*picture).clone();
-        told.report.remaining_rmse = Some(rmse);
+        (told.report.remaining_rmse, told.report.remaining_within_db) = (Some(rmse), within_db);
         let told = Arc::new(told);
         if let Some((_, finished)) = &mut self.finished
             && Arc::ptr_eq(finished, &picture)

@@ -162,7 +162,7 @@ impl Worker {
         }
         let is_short_of = |c: &Unchecked| match c.coarseness {
             Coarseness::Octree { max_error, .. } => max_error > 0.0 || c.picture.shrink() > 1.0,
-            Coarseness::Reduced { .. } | Coarseness::Vectors { .. } => c.picture.shrink() > 1.0,
+            _ => c.picture.shrink() > 1.0,
         };
         let Some(longer) = longer.filter(|_| self.preview_of(request).is_some_and(is_short_of))
         else {
@@ -220,6 +220,16 @@ impl Worker {
                 && c.request.size == request.size
                 && c.request.scene.makes_same_picture(&request.scene)
         })
+    }
+
+    /// The coarse picture of a request's view that is thought to be nearest.
+    fn nearest_of(&self, request: &FrameRequest) -> Option<&Picture> {
+        let of_view = self.coarse.iter().filter(|c| {
+            c.request.size == request.size && c.request.scene.makes_same_picture(&request.scene)
+        });
+        let rmse = |picture: &Picture| picture.report.estimated_rmse.unwrap_or(f64::INFINITY);
+        let pictures = of_view.map(|c| &*c.picture);
+        pictures.min_by(|a, b| rmse(a).total_cmp(&rmse(b)))
     }
 
     /// The rungs after the coarse picture. Of a budget beyond a quick picture's, `unspent_ms` is left
@@ -301,29 +311,32 @@ impl Worker {
         let mut picture = self.presented(request, level, progress, &drawn)?;
         picture.report.backend = backend;
         let coarseness = Coarseness::of(&plan, rung, &drawn, picture.shrink(), &picture.rgba);
-        // What a cut is off by says nothing of the vectors that it leaves out.
-        let leaves_out =
-            |of: &Coarseness| matches!(of, Coarseness::Octree { .. }) && !plan.kernels.is_empty();
-        let coarseness = coarseness.filter(|of| !leaves_out(of));
         if drawn.is_reduced && picture.shrink() > 1.0 {
             self.last_reduced = Some(LastDrawn::of(request, drawn.wall_ms));
         }
+        let known = self.device()?.known_rmse(&plan, &drawn)?;
         if let Some(Coarseness::Reduced { sampling_rmse, .. }) = coarseness {
             let shrink = picture.shrink();
-            self.device()?.cuts.note_sampling(shrink, sampling_rmse);
+            self.device()?.note_sampling(shrink, &drawn, (known, sampling_rmse));
         }
         if let Some(coarseness) = coarseness {
-            let rmse = self.estimator.rmse(&plan, coarseness, picture.shrink());
+            let estimated_rmse = self.estimator.rmse(&plan, coarseness, picture.shrink());
+            if let Some(measured_rmse) = known {
+                // A view at rest teaches what is thought of those that move.
+                let checked = Checked { estimated_rmse, measured_rmse };
+                self.estimator.learn(&plan, coarseness, &checked);
+            }
+            let rmse = known.unwrap_or(estimated_rmse);
             picture.report.estimated_rmse = Some(rmse);
             if let Rung::Coarse { budget_ms } = rung {
                 picture.report.budget_ms = Some(budget_ms);
             }
             let sharpness = match coarseness {
                 // Marks are finer than the field: each larger picture shows more of them.
-                Coarseness::Octree { .. } | Coarseness::Vectors { .. } => f64::INFINITY,
                 Coarseness::Reduced { field, .. } => {
                     Reduction { field, shrink: picture.shrink(), cut: None }.own_shrink()
                 }
+                _ => f64::INFINITY,
             };
             let following = following.or_else(|| self.next_at_rest(request, sharpness));
             let next = following.and_then(|rung| self.next_of(request, rung, &picture, coarseness));
@@ -434,8 +447,13 @@ impl Worker {
         let plan = request.plan();
         let result = drawer
             .prepare_preview_field(&plan, &mut watch)
-            .and_then(|()| drawer.prepare_cuts(&plan, &mut watch));
+            .and_then(|()| drawer.prepare_cuts(&plan, &mut watch))
+            .and_then(|()| drawer.measure_stand_ins(&plan, &mut watch));
         self.drawer = Some(drawer);
+        if plan.way == Way::Slabs {
+            // Small pictures may have been drawn since.
+            self.holds_finished = false;
+        }
         result
     }
 
@@ -449,10 +467,10 @@ impl Worker {
     fn preview_reduction(&self) -> Option<f64> {
         let preview = self.coarse.iter().find(|c| c.is_preview)?;
         match preview.coarseness {
-            Coarseness::Octree { .. } | Coarseness::Vectors { .. } => None,
             Coarseness::Reduced { field, .. } => {
                 Some(Reduction { field, shrink: preview.picture.shrink(), cut: None }.own_shrink())
             }
+            _ => None,
         }
     }
 
@@ -535,6 +553,7 @@ pub(super) fn picture(
     let report = FrameReport {
         effects: effects(scene, drawn),
         made_pipelines: drawn.made_pipelines,
+        awaits_cut: drawn.awaits_cut && !drawn.is_whole(size),
         kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
         vector_splats: (!scene.shows_field()).then_some(drawn.kernels),
         own_kernels: scene.own_kernels().filter(|_| scene.shows_field()),
@@ -689,7 +708,9 @@ impl Observer for Watch<'_> {
                 let progress = share.min(0.99) as f32;
                 let level = (LevelOfDetail::FullInPart, progress);
                 let seen = (&self.request.scene, self.request.size);
-                let picture = picture(seen, level, &drawn, rgba, self.active);
+                let mut picture = picture(seen, level, &drawn, rgba, self.active);
+                let coarse = self.worker.nearest_of(self.request);
+                picture.report.estimated_rmse = Some(estimate::part_rmse(&picture, done, coarse));
                 self.worker.publish(Arc::new(picture));
             }
             self.last_partial = Instant::now();
