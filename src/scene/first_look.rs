@@ -4,6 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::upright::told_by_matter;
 use super::{
     ByArray, Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings,
 };
@@ -20,6 +21,8 @@ pub struct FirstLook {
     pub lighting: Option<Lighting>,
     /// The mode: [`SplatSettings::EXACT`] but for labels, thick slices and basis functions.
     pub splat: SplatSettings,
+    /// Which way round it is: as its file says, and where that says nothing, as its matter tells.
+    pub orientation: Orientation,
     /// From where it is seen: patients from the front.
     pub view: NamedView,
 }
@@ -115,6 +118,11 @@ impl FirstLook {
             None => presets::default_for(statistics),
         };
         let is_of_names = Kind::of(statistics) == Kind::Labels;
+        let told = match space {
+            Some(_) => None,
+            None => told_by_matter(volume, &transfer),
+        };
+        let orientation = told.unwrap_or(Orientation::of(space));
         let spacing = volume.lattice.spacing;
         let thickest = spacing.max_element() / spacing.min_element();
         let faces = Faces::of(volume, &transfer);
@@ -146,11 +154,11 @@ impl FirstLook {
             // Names have faces on all sides, and often no more than a few slices.
             true => NamedView::Isometric,
             // Cells and points lie in no slices.
-            false if is_of_cells => Orientation::of(space).first_view(),
-            false => first_view(&volume.lattice, Orientation::of(space)),
+            false if is_of_cells => orientation.first_view(),
+            false => first_view(&volume.lattice, orientation),
         };
         let lighting = is_lit.then(Lighting::first_look);
-        Self { transfer, lighting, splat, view }
+        Self { transfer, lighting, splat, orientation, view }
     }
 
     /// Its mode where it is not lit after all: slabs of samples are a sample thick then.
