@@ -21,8 +21,8 @@ use crate::core::{Camera, Projection, counted};
 use crate::io::Series;
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    ByArray, CutSettings, Inside, Layer, Look, PolygonLayer, SampleSource, Sampled,
-    Scene, Shading, SplatSettings, VectorLayer, offers, projected_range,
+    ByArray, CutSettings, Inside, Layer, Look, PolygonLayer, SampleSource, Sampled, Scene, Shading,
+    SplatSettings, VectorLayer, offers, projected_range,
 };
 use crate::task::transfer_file;
 use crate::transfer::ColourSource;

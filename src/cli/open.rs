@@ -11,8 +11,7 @@ use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
 use crate::scene::{
-    self, FirstLook, SampleSource, Scene, Shading, SplatSettings, Visibility,
-    framing_what_shows,
+    self, FirstLook, SampleSource, Scene, Shading, SplatSettings, Visibility, framing_what_shows,
 };
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;

@@ -210,11 +210,7 @@ pub fn first_look(source: SampleSource, volume: Arc<ScalarVolume>, space: Option
 }
 
 /// A volume as a first look says.
-pub fn seen_first(
-    source: SampleSource,
-    volume: Arc<ScalarVolume>,
-    look: FirstLook,
-) -> Scene {
+pub fn seen_first(source: SampleSource, volume: Arc<ScalarVolume>, look: FirstLook) -> Scene {
     let FirstLook { transfer, lighting, splat, orientation, view } = look;
     let (direction, up) = view.direction_and_up(orientation);
     let seen_by = Scene::seen_by(framing_what_shows(&volume, &transfer, direction, up));

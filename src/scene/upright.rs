@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{Orientation, UpAxis};
 use crate::transfer::{Kind, TransferFunction};
-use crate::volume::{Lattice, ScalarVolume, Scalar};
+use crate::volume::{Lattice, Scalar, ScalarVolume};
 use crate::with_samples;
 
 /// Blocks along a side that a volume is looked at in, at most.
@@ -66,14 +66,15 @@ impl Blocks {
         let side = lattice.dims.map(|n| n.div_ceil(MOST_BLOCKS));
         let dims = [0, 1, 2].map(|axis| lattice.dims[axis].div_ceil(side[axis]));
         let [nx, ny, _] = lattice.dims;
-        let ends = with_samples!(&volume.samples, values => ends_in_blocks(values, (lattice.dims, side, dims)));
+        let ends = with_samples!(&*volume.samples, values => ends_in_blocks(values, (lattice.dims, side, dims)));
         let is_matter = |[low, high]: &[f64; 2]| {
             low <= high && [low, high].iter().any(|value| transfer.opacity_at(**value) >= MATTER)
         };
         let middle = |i: usize| {
             let block = [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]];
-            let [x, y, z] = [0, 1, 2]
-                .map(|axis| (block[axis] * side[axis] + side[axis] / 2).min(lattice.dims[axis] - 1));
+            let [x, y, z] = [0, 1, 2].map(|axis| {
+                (block[axis] * side[axis] + side[axis] / 2).min(lattice.dims[axis] - 1)
+            });
             transfer.opacity_at(volume.samples.get((z * ny + y) * nx + x))
         };
         Self {
@@ -174,8 +175,7 @@ impl Blocks {
                 let place = self.place(block);
                 for axis in 0..3 {
                     let before = (place[axis] > 0).then(|| block - strides[axis]);
-                    let after =
-                        (place[axis] + 1 < self.dims[axis]).then(|| block + strides[axis]);
+                    let after = (place[axis] + 1 < self.dims[axis]).then(|| block + strides[axis]);
                     for next in [before, after].into_iter().flatten() {
                         if std::mem::take(&mut is_free[next]) {
                             body.push(next);
@@ -253,8 +253,7 @@ mod tests {
         let spread = |i: usize| if i % 97 == 0 { (i / 97 % 60) as u8 } else { 0 };
         let values = (0..SIDE.pow(3)).map(|i| value(at(i)).max(spread(i)));
         let lattice = Lattice::unit([SIDE; 3]);
-        let volume =
-            ScalarVolume::from_samples("made", lattice, Samples::UInt8(values.collect()));
+        let volume = ScalarVolume::from_samples("made", lattice, Samples::UInt8(values.collect()));
         FirstLook::of(&volume.expect("sound"), None).orientation
     }
 
@@ -272,7 +271,13 @@ mod tests {
     fn on_table([x, y, _]: [f64; 3], table: f64) -> u8 {
         let is_body = ((x - 32.0) / 24.0).hypot((y - 32.0) / 14.0) < 1.0;
         let is_table = (y - table).abs() < 1.0 && (x - 32.0).abs() < 20.0;
-        if is_body { 150 } else if is_table { 90 } else { 0 }
+        if is_body {
+            150
+        } else if is_table {
+            90
+        } else {
+            0
+        }
     }
 
     #[test]
@@ -280,10 +285,10 @@ mod tests {
         assert_eq!(told(potted).up, UpAxis::PlusY);
         assert_eq!(told(|[x, y, z]| potted([x, 63.0 - y, z])).up, UpAxis::MinusY);
         assert_eq!(told(|[x, y, z]| potted([y, x, z])).up, UpAxis::PlusX);
-        assert_eq!(told(|[x, y, z]| potted([x, 63.0 - z, y])), Orientation {
-            up: UpAxis::MinusZ,
-            ..Orientation::default()
-        });
+        assert_eq!(
+            told(|[x, y, z]| potted([x, 63.0 - z, y])),
+            Orientation { up: UpAxis::MinusZ, ..Orientation::default() }
+        );
         // A ball has none, nor a rod.
         let ball = |at: [f64; 3]| if (DVec3::from(at) - 32.0).length() < 24.0 { 200 } else { 0 };
         assert_eq!(told(ball), Orientation::default());
@@ -295,18 +300,24 @@ mod tests {
     fn who_lies_on_a_scanners_table_is_seen_from_the_front_with_the_head_up() {
         // Rows that run from the front to the back: slices from the feet upwards.
         let usual = told(|at| on_table(at, 58.0));
-        assert_eq!(usual, Orientation {
-            right: Some(UpAxis::MinusX),
-            anterior: Some(UpAxis::MinusY),
-            up: UpAxis::PlusZ,
-        });
+        assert_eq!(
+            usual,
+            Orientation {
+                right: Some(UpAxis::MinusX),
+                anterior: Some(UpAxis::MinusY),
+                up: UpAxis::PlusZ,
+            }
+        );
         // Rows that run from the back to the front: slices from the head downwards.
         let turned = told(|at| on_table(at, 6.0));
-        assert_eq!(turned, Orientation {
-            right: Some(UpAxis::MinusX),
-            anterior: Some(UpAxis::PlusY),
-            up: UpAxis::MinusZ,
-        });
+        assert_eq!(
+            turned,
+            Orientation {
+                right: Some(UpAxis::MinusX),
+                anterior: Some(UpAxis::PlusY),
+                up: UpAxis::MinusZ,
+            }
+        );
         // Without a table, with two, or one that ends half way, nobody knows.
         let bare = told(|at| on_table(at, -9.0));
         let two = told(|at| on_table(at, 58.0).max(on_table(at, 6.0)));

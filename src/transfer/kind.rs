@@ -12,6 +12,14 @@ const LABEL_GAPS: f64 = 8.0;
 const FEW_LABELS: usize = 8;
 /// at least such a share of all, where steps of a measurement are as frequent as each other.
 const LEAST_NOTHING: f64 = 0.2;
+/// Air of magnetic resonance is noise at the foot of 8 bits: below this part of the range
+const AIR: f64 = 0.06;
+/// it is commonest, and its least value is rarer than this. (HeadMRVolume: 0.011. CT, whose air is cut off at 0: 0.65 to 0.8.)
+const RAREST_AIR: f64 = 0.02;
+/// Marks that somebody burned into a scan are at the greatest value, this part of all samples or more,
+const LEAST_MARKED: f64 = 1e-3;
+/// with nothing in this part of the range below it.
+const MARK_GAP: f64 = 0.15;
 /// What scanners add to Hounsfield units where files hold nothing below 0.
 const STORED_ZERO: f64 = 1024.0;
 /// From fat to muscle and blood, Hounsfield units: what most of a body is.
@@ -31,7 +39,7 @@ pub enum Kind {
     Labels,
     /// Whole numbers up to 255 apart: a scan or a photograph, brought to 8 bits.
     EightBits,
-    /// Other whole numbers, in a unit of their own: magnetic resonance, microscopes.
+    /// Other whole numbers, in a unit of their own: magnetic resonance, in 8 bits too where its air shows, and microscopes.
     WholeNumbers,
     /// Fractions, most of them about 0 as often below as above, and a few far above: maps of electron microscopes.
     Map {
@@ -57,7 +65,7 @@ impl Kind {
         if are_labels(statistics) {
             return Self::Labels;
         }
-        match statistics.max - statistics.min <= 255.0 {
+        match statistics.max - statistics.min <= 255.0 && !has_noisy_air(statistics) {
             true => Self::EightBits,
             false => Self::WholeNumbers,
         }
@@ -95,6 +103,54 @@ fn is_stored_ct(statistics: &Statistics) -> bool {
         && among(shifted(SPARSE)) < 0.5 * body
 }
 
+/// Whether most of the darker half is noise just above the least value, as the air of magnetic resonance is.
+fn has_noisy_air(statistics: &Statistics) -> bool {
+    let bins = &statistics.histogram;
+    let all = statistics.finite_count as f64;
+    let darker = &bins[..bins.len() / 2];
+    let commonest = (0..darker.len()).max_by_key(|&bin| (darker[bin], darker.len() - bin));
+    let is_at_foot = commonest.is_some_and(|bin| bin > 0 && (bin as f64) < AIR * bins.len() as f64);
+    is_at_foot && (bins[0] as f64) < RAREST_AIR * all
+}
+
+/// The statistics without marks that somebody burned into a scan: many samples of the one greatest value, far above all others;
+/// `None` where there are none.
+pub(super) fn without_marks(statistics: &Statistics) -> Option<Statistics> {
+    let bins = &statistics.histogram;
+    let all = statistics.finite_count as f64;
+    let below = (0..bins.len() - 1).rev().find(|&bin| bins[bin] > 0)?;
+    let gap = bins.len() - 1 - below;
+    let is_marked = (bins[bins.len() - 1] as f64) >= LEAST_MARKED * all
+        && gap as f64 >= MARK_GAP * bins.len() as f64
+        && is_whole(statistics)
+        // Labels leave gaps of their own.
+        && bins.iter().filter(|count| **count > 0).count() > MOST_LABELS;
+    if !is_marked {
+        return None;
+    }
+    let is_below = |value: &f64| *value < statistics.max;
+    let quantiles: Vec<f64> = statistics.quantiles.iter().copied().filter(is_below).collect();
+    let max = statistics.value_at((below as f64 + 1.0) / bins.len() as f64).floor();
+    // Bins of the narrower range; what a bin had goes to where its middle lies.
+    let range = max - statistics.min;
+    let mut histogram = vec![0; bins.len()];
+    for (bin, count) in bins.iter().enumerate().take(below + 1) {
+        let value = statistics.value_at((bin as f64 + 0.5) / bins.len() as f64);
+        let place = (value - statistics.min) / range * bins.len() as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin")]
+        let place = (place.max(0.0) as usize).min(bins.len() - 1);
+        histogram[place] += count;
+    }
+    let finite_count = statistics.finite_count - bins[bins.len() - 1];
+    (quantiles.len() > bins.len() / 2).then(|| Statistics {
+        max,
+        finite_count,
+        histogram,
+        quantiles,
+        ..statistics.clone()
+    })
+}
+
 fn are_labels(statistics: &Statistics) -> bool {
     let range = statistics.max - statistics.min;
     if range <= 0.0 {
@@ -104,11 +160,16 @@ fn are_labels(statistics: &Statistics) -> bool {
     let occupied = statistics.histogram.iter().filter(|&&count| count > 0).count();
     let all: u64 = statistics.histogram.iter().sum();
     let most = statistics.histogram.iter().copied().max().unwrap_or(0);
+    // Of two values one is a thing, and the other what it is not, whatever numbers stand for them.
+    if occupied == 2
+        && statistics.quantiles.iter().all(|v| [statistics.min, statistics.max].contains(v))
+    {
+        return true;
+    }
     occupied <= MOST_LABELS
         && (occupied <= FEW_LABELS || most as f64 >= LEAST_NOTHING * all as f64)
         && range < statistics.histogram.len() as f64
-        // Of two values one is a thing, and the other what it is not.
-        && (occupied == 2 || range <= LABEL_GAPS * occupied as f64)
+        && range <= LABEL_GAPS * occupied as f64
 }
 
 /// The whole numbers that there are, of labels.
@@ -116,6 +177,9 @@ pub(super) fn labels(statistics: &Statistics) -> Vec<f64> {
     let bins = statistics.histogram.len() as f64;
     let range = statistics.max - statistics.min;
     let occupied = statistics.histogram.iter().enumerate().filter(|(_, count)| **count > 0);
+    if occupied.clone().count() == 2 && range > 0.0 {
+        return vec![statistics.min, statistics.max];
+    }
     let mut labels: Vec<f64> = occupied
         .map(|(bin, _)| statistics.min + ((bin as f64 + 0.5) / bins * range).round())
         .collect();
@@ -185,6 +249,36 @@ mod tests {
     }
 
     #[test]
+    fn magnetic_resonance_in_8_bits_is_known_by_its_noisy_air() {
+        let noise = |i: usize| (i * 7919 % 9 + i * 104_729 % 7) as i16;
+        let head = |i: usize| if i % 3 == 0 { 60 + (i * 7919 % 190) as i16 } else { noise(i) };
+        assert_eq!(whole(head), Kind::WholeNumbers);
+        // Air that was cut off, as of CT in a window.
+        assert_eq!(whole(|i| (head(i) - 12).max(0)), Kind::EightBits);
+        // What hardly stands out of what is about it (a tooth in its holder).
+        assert_eq!(whole(|i| 40 + noise(i) + if i % 4 == 0 { 150 } else { 0 }), Kind::EightBits);
+    }
+
+    #[test]
+    fn marks_that_were_burned_in_are_no_matter() {
+        let head = |i: usize| (i * 7919 % 180) as i16;
+        let marked = |i: usize| if i % 11 == 0 { 255 } else { head(i) };
+        let statistics = |value: &dyn Fn(usize) -> i16| {
+            let samples = Samples::Int16((0..60_000).map(value).collect());
+            Statistics::of(&samples, &Ticket::new()).expect("never cancelled")
+        };
+        let without = without_marks(&statistics(&marked)).expect("marks");
+        assert!((179.0..183.0).contains(&without.max), "{}", without.max);
+        assert!(without.quantiles.iter().all(|value| *value < 180.0));
+        assert_eq!(without.histogram.iter().sum::<u64>(), without.finite_count);
+        assert_eq!(without_marks(&statistics(&head)), None);
+        // A scan that is too bright for its bits has no gap below these.
+        let bright = |i: usize| ((i * 7919 % 300) as i16).min(255);
+        assert_eq!(without_marks(&statistics(&bright)), None);
+        assert_eq!(without_marks(&statistics(&|i| [0, 1, 12][i % 3])), None);
+    }
+
+    #[test]
     fn few_numbers_close_together_are_labels_and_so_are_two() {
         assert_eq!(whole(|i| [0, 0, 0, 1, 2, 3, 12][i % 7]), Kind::Labels);
         assert_eq!(whole(|i| if i % 3 == 0 { 0 } else { (i % 30) as i16 }), Kind::Labels);
@@ -192,6 +286,8 @@ mod tests {
         assert_eq!(whole(|i| (i % 8) as i16), Kind::Labels);
         assert_eq!(whole(|i| [40, 200][i % 2]), Kind::Labels);
         assert_eq!(whole(|i| [40, 120, 200][i % 3]), Kind::EightBits);
+        // A ball of 0 in 257.
+        assert_eq!(whole(|i| [0, 257, 257][i % 3]), Kind::Labels);
         assert_eq!(whole(|_| 7), Kind::EightBits);
         let samples = Samples::Int16((0..700).map(|i| [0, 1, 2, 4, 29][i % 5]).collect());
         let statistics = Statistics::of(&samples, &Ticket::new()).expect("never cancelled");

@@ -142,12 +142,7 @@ fn up_name(chosen: Option<UpAxis>, told: Told) -> String {
 }
 
 /// The same as a part of a menu.
-pub fn up_menu_ui<'a>(
-    ui: &mut Ui,
-    name: impl IntoAtoms<'a>,
-    scene: &mut Scene,
-    told: Told,
-) {
+pub fn up_menu_ui<'a>(ui: &mut Ui, name: impl IntoAtoms<'a>, scene: &mut Scene, told: Told) {
     let menu = ui.menu_button(name, |ui| up_choices_ui(ui, scene, told));
     menu.response.on_hover_text(UP);
 }
