@@ -21,6 +21,8 @@ const THICK_CELLS: f64 = 1.5;
 const MOST_OF_CELLS: f64 = 0.97;
 /// Where matter of a map begins and is dense, in standard deviations of its noise.
 const MAP_LEVELS: [f64; 2] = [2.5, 5.0];
+/// Where colours of thick slices end, in parts of the visible range.
+const OUTERMOST: f64 = 0.65;
 /// How far below the least visible value a map that begins in black begins, in parts of the visible range: matter that
 /// is black on black is a shadow that nobody understands.
 const ABOVE_BLACK: f64 = 0.25;
@@ -116,7 +118,13 @@ pub fn of_thick_slices(statistics: &Statistics) -> TransferFunction {
                 Kind::EightBits => ColourMap::CtLike,
                 _ => ColourMap::Gray,
             };
-            by_percentiles(statistics, map, |_| [(0.1, 0.3), (0.5, 0.5), (0.995, 0.85)])
+            let mut function =
+                by_percentiles(statistics, map, |_| [(0.1, 0.3), (0.5, 0.5), (0.995, 0.85)]);
+            if let ColourSource::Map { range: [low, high], .. } = &mut function.colour {
+                // What is seen is the outermost, which is seldom the brightest.
+                *high = *low + OUTERMOST * (*high - *low);
+            }
+            function
         }
         _ => default_for(statistics),
     }
@@ -212,17 +220,14 @@ fn of_map(statistics: &Statistics, noise: f64) -> TransferFunction {
     TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::Viridis, range: [0.0, top] })
 }
 
-/// A colour for each label, with steps half way between them; nothing of 0, or where that is none, of the least, and of two
-/// labels nothing of the commoner one.
+/// A colour for each label, with steps half way between them; nothing of 0, or where that is none, of the least, of two
+/// of the commoner.
 fn of_labels(statistics: &Statistics) -> TransferFunction {
     let labels = labels(statistics);
     let nothing = match labels[..] {
-        // Of two the commoner is what the other one is not.
-        [low, high] => match statistics.count_near(high) > statistics.count_near(low) {
-            true => high,
-            false => low,
-        },
         _ if labels.contains(&0.0) => 0.0,
+        // Of two the commoner is what the other one is not.
+        [low, high] if statistics.count_near(high) > statistics.count_near(low) => high,
         _ => statistics.min,
     };
     let mut opacity = Vec::new();
@@ -570,11 +575,15 @@ mod tests {
     #[test]
     fn of_two_numbers_the_rarer_is_the_thing() {
         let of_share = |part: usize| {
-            of(Samples::Int16((0..50_000).map(|i| if i % 7 < part { 257 } else { 0 }).collect())).1
+            of(Samples::Int16((0..50_000).map(|i| if i % 7 < part { 300 } else { 2 }).collect())).1
         };
         let (few, many) = (of_share(2), of_share(5));
-        assert_eq!((few.opacity_at(0.0), few.opacity_at(257.0)), (0.0, LABEL_OPACITY));
-        assert_eq!((many.opacity_at(0.0), many.opacity_at(257.0)), (LABEL_OPACITY, 0.0));
+        assert_eq!((few.opacity_at(2.0), few.opacity_at(300.0)), (0.0, LABEL_OPACITY));
+        assert_eq!((many.opacity_at(2.0), many.opacity_at(300.0)), (LABEL_OPACITY, 0.0));
+        // 0 is none, however rare (a ball that fills its box).
+        let (_, ball) =
+            of(Samples::Int16((0..50_000).map(|i| if i % 7 < 5 { 257 } else { 0 }).collect()));
+        assert_eq!((ball.opacity_at(0.0), ball.opacity_at(257.0)), (0.0, LABEL_OPACITY));
     }
 
     #[test]
