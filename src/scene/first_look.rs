@@ -121,7 +121,7 @@ impl FirstLook {
             Some(depth) => presets::of_cells(statistics, depth),
             None if volume.scattered.is_some() => presets::of_points(statistics),
             None if is_picture => presets::of_picture(statistics),
-            None if is_thick => presets::of_thick_slices(statistics),
+            None if is_thick => presets::of_outside(statistics),
             None => presets::default_for(statistics),
         };
         let is_of_names = Kind::of(statistics) == Kind::Labels;

@@ -21,7 +21,7 @@ const THICK_CELLS: f64 = 1.5;
 const MOST_OF_CELLS: f64 = 0.97;
 /// Where matter of a map begins and is dense, in standard deviations of its noise.
 const MAP_LEVELS: [f64; 2] = [2.5, 5.0];
-/// Where colours of thick slices end, in parts of the visible range.
+/// Where colours of what is seen from outside end, in parts of the visible range.
 const OUTERMOST: f64 = 0.65;
 /// How far below the least visible value a map that begins in black begins, in parts of the visible range: matter that
 /// is black on black is a shadow that nobody understands.
@@ -90,7 +90,8 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
         return for_huge(statistics, default_for);
     }
     if let Some(scan) = without_marks(statistics) {
-        return clear_of_marks(default_for(&scan), [scan.max, statistics.max]);
+        // Their faces are of values that matter has, too: what it hides of them is not seen.
+        return clear_of_marks(of_outside(&scan), [scan.max, statistics.max]);
     }
     let map = match Kind::of(statistics) {
         Kind::Ct { zero } => return shifted(ct_soft(), zero),
@@ -107,10 +108,10 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
     })
 }
 
-/// The same for slices so thick that little of what lies inside could be made out: what hides it is opaque.
-pub fn of_thick_slices(statistics: &Statistics) -> TransferFunction {
+/// The same where little of what lies inside could be made out, as between thick slices: what hides it is opaque.
+pub fn of_outside(statistics: &Statistics) -> TransferFunction {
     if let Some(scan) = without_marks(statistics) {
-        return clear_of_marks(of_thick_slices(&scan), [scan.max, statistics.max]);
+        return clear_of_marks(of_outside(&scan), [scan.max, statistics.max]);
     }
     match Kind::of(statistics) {
         Kind::EightBits | Kind::WholeNumbers if statistics.min < statistics.max => {
@@ -551,7 +552,8 @@ mod tests {
             .collect();
         let marked = scan.iter().enumerate().map(|(i, v)| if i % 11 == 0 { 255 } else { *v });
         let (_, with) = of(Samples::UInt8(marked.collect()));
-        let (_, without) = of(Samples::UInt8(scan));
+        let (statistics, _) = of(Samples::UInt8(scan));
+        let without = of_outside(&statistics);
         assert_eq!((with.opacity_at(255.0), with.opacity_at(200.0)), (0.0, 0.0), "{with:?}");
         for value in [20.0, 100.0, 140.0, 165.0] {
             let (a, b) = (with.opacity_at(value), without.opacity_at(value));
@@ -561,15 +563,15 @@ mod tests {
     }
 
     #[test]
-    fn all_of_a_picture_is_seen_and_thick_slices_are_opaque() {
+    fn all_of_a_picture_is_seen_and_what_is_seen_from_outside_is_opaque() {
         let values = (0..60_000).map(|i| if i % 3 == 0 { 90 + (i * 7919 % 160) as u8 } else { 3 });
         let (statistics, usual) = of(Samples::UInt8(values.collect()));
         let picture = of_picture(&statistics);
         assert!((0..=255).all(|v| picture.opacity_at(f64::from(v)) == 1.0));
         assert!(picture.colour_at(3.0).0[0] < 0.05 && picture.colour_at(249.0).0[0] > 0.9);
-        let thick = of_thick_slices(&statistics);
-        assert_eq!(thick.opacity_at(3.0), 0.0);
-        assert!(thick.opacity_at(150.0) > 3.0 * usual.opacity_at(150.0), "{thick:?} {usual:?}");
+        let outside = of_outside(&statistics);
+        assert_eq!(outside.opacity_at(3.0), 0.0);
+        assert!(outside.opacity_at(150.0) > 3.0 * usual.opacity_at(150.0), "{outside:?} {usual:?}");
     }
 
     #[test]
