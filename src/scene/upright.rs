@@ -262,7 +262,7 @@ mod tests {
         let from_stem = (x - 32.0).hypot(z - 32.0);
         match y {
             y if y < 14.0 && from_stem < 16.0 => 200,
-            y if y < 60.0 && from_stem < 2.5 => 120,
+            y if y < 60.0 && from_stem < 2.5 => 200,
             _ => 0,
         }
     }
