@@ -350,7 +350,7 @@ mod tests {
 
     #[test]
     fn one_mode_is_called_a_mode() {
-        assert_eq!([0, 1, 2].map(super::modes), ["0 modes", "1 mode", "2 modes"]);
+        assert_eq!([0, 1, 2].map(modes), ["0 modes", "1 mode", "2 modes"]);
     }
 
     #[test]
