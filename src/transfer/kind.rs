@@ -288,7 +288,7 @@ mod tests {
         assert_eq!(without_marks(&statistics(&|i| [0, 1, 12][i % 3])), None);
         // A bright thing in faint noise is no mark.
         let thing = |i: usize| {
-            if i % 11 == 0 { 255 } else { if i % 20 == 0 { (i * 7919 % 50) as i16 } else { 0 } }
+            if i % 11 == 0 { 255 } else { if i % 21 == 0 { (i * 7919 % 50) as i16 } else { 0 } }
         };
         assert_eq!(without_marks(&statistics(&thing)), None);
     }
