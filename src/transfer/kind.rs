@@ -151,7 +151,10 @@ pub(super) fn without_marks(statistics: &Statistics) -> Option<Statistics> {
         histogram[place] += count;
     }
     let finite_count = histogram.iter().sum();
-    (quantiles.len() > bins.len() / 2).then(|| Statistics {
+    // What is left is a scan only where much of it is matter; else the brightest was.
+    let most = *quantiles.get(quantiles.len() * 9 / 10)?;
+    let has_matter = most > statistics.min + LEAST_LEFT * range;
+    (quantiles.len() > bins.len() / 2 && has_matter).then(|| Statistics {
         max,
         finite_count,
         histogram,
