@@ -16,7 +16,9 @@ const LEAST_NOTHING: f64 = 0.2;
 const AIR: f64 = 0.06;
 /// it is commonest, and its least value is rarer than this. (HeadMRVolume: 0.011. CT, whose air is cut off at 0: 0.65 to 0.8.)
 const RAREST_AIR: f64 = 0.02;
-/// Marks that somebody burned into a scan are at the greatest value, this part of all samples or more,
+/// Marks that somebody burned into a scan are at the greatest value that so many bits hold (8, 12, 15 or 16),
+const FULL: [f64; 4] = [255.0, 4095.0, 32_767.0, 65_535.0];
+/// at this part of all samples or more,
 const LEAST_MARKED: f64 = 1e-3;
 /// with next to nothing in this part of the range below it:
 const MARK_GAP: f64 = 0.15;
@@ -117,7 +119,7 @@ fn has_noisy_air(statistics: &Statistics) -> bool {
     is_at_foot && (bins[0] as f64) < RAREST_AIR * all
 }
 
-/// The statistics without marks that somebody burned into a scan: many samples of the one greatest value, far above all others;
+/// The statistics without marks that somebody burned into a scan: many samples of the greatest value there can be, far above all others;
 /// `None` where there are none.
 pub(super) fn without_marks(statistics: &Statistics) -> Option<Statistics> {
     let bins = &statistics.histogram;
@@ -129,7 +131,8 @@ pub(super) fn without_marks(statistics: &Statistics) -> Option<Statistics> {
         passed as f64 > between
     })?;
     let gap = bins.len() - 1 - below;
-    let is_marked = (bins[bins.len() - 1] as f64) >= LEAST_MARKED * all
+    let is_marked = FULL.contains(&statistics.max)
+        && (bins[bins.len() - 1] as f64) >= LEAST_MARKED * all
         && gap as f64 >= MARK_GAP * bins.len() as f64
         && is_whole(statistics)
         // Labels leave gaps of their own.
@@ -289,6 +292,11 @@ mod tests {
         let bright = |i: usize| ((i * 7919 % 300) as i16).min(255);
         assert_eq!(without_marks(&statistics(&bright)), None);
         assert_eq!(without_marks(&statistics(&|i| [0, 1, 12][i % 3])), None);
+        // Nor is a thing that has a value of its own (the innermost of demo:shells).
+        assert_eq!(
+            without_marks(&statistics(&|i| if i % 11 == 0 { 210 } else { head(i) * 4 / 5 })),
+            None
+        );
         // A bright thing in faint noise is no mark.
         let thing = |i: usize| {
             if i % 11 == 0 { 255 } else { if i % 21 == 0 { (i * 7919 % 50) as i16 } else { 0 } }
