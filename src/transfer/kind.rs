@@ -119,8 +119,8 @@ fn has_noisy_air(statistics: &Statistics) -> bool {
     is_at_foot && (bins[0] as f64) < RAREST_AIR * all
 }
 
-/// The statistics without marks that somebody burned into a scan: many samples of the greatest value there can be, far above all others;
-/// `None` where there are none.
+/// The statistics without marks that somebody burned into a scan: many samples of the greatest value there can be, far
+/// above all others; `None` where there are none.
 pub(super) fn without_marks(statistics: &Statistics) -> Option<Statistics> {
     let bins = &statistics.histogram;
     let all = statistics.finite_count as f64;
@@ -298,8 +298,10 @@ mod tests {
             None
         );
         // A bright thing in faint noise is no mark.
-        let thing = |i: usize| {
-            if i % 11 == 0 { 255 } else { if i % 21 == 0 { (i * 7919 % 50) as i16 } else { 0 } }
+        let thing = |i: usize| match (i % 11, i % 21) {
+            (0, _) => 255,
+            (_, 0) => (i * 7919 % 50) as i16,
+            _ => 0,
         };
         assert_eq!(without_marks(&statistics(&thing)), None);
     }
