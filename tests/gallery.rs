@@ -173,6 +173,9 @@ fn patients_of_the_pack_stand_upright_and_are_seen_from_the_front() {
         ("scalar/LIDC2.mha", DVec3::Y, DVec3::Z),
         // NRRD, left-posterior-superior.
         ("scalar/brain_mr/brain1_image.nrrd", DVec3::Y, DVec3::Z),
+        // The same as LIDC2.mha in a file that says nothing: the scanner's table does. It opened upside down, seen through the
+        // table.
+        ("scalar/LIDC2.vti", DVec3::NEG_Y, DVec3::NEG_Z),
     ] {
         let Ok(opened) = open(&root.join(name), &OpenOptions::default(), &Ticket::new()) else {
             println!("skipped {name}: not there");
@@ -182,11 +185,70 @@ fn patients_of_the_pack_stand_upright_and_are_seen_from_the_front() {
         assert!((camera.direction - ahead).length() < 1e-9, "{name}: {}", camera.direction);
         assert!((camera.up - up).length() < 1e-9, "{name}: {}", camera.up);
     }
+    // A tree in a pot, whose file says nothing, stands on the pot: it lay on its side. What has no heavy end stays as it was.
+    for (name, up) in [
+        ("scalar/bonsai.vti", DVec3::Y),
+        ("scalar/aneurism.vti", DVec3::Z),
+        ("scalar/vase.vti", DVec3::Z),
+        ("scalar/headmr/HeadMRVolume.mhd", DVec3::Z),
+        ("scalar/hydrogen.vti", DVec3::Z),
+    ] {
+        let Ok(opened) = open(&root.join(name), &OpenOptions::default(), &Ticket::new()) else {
+            println!("skipped {name}: not there");
+            continue;
+        };
+        let camera = first_look(&opened.grid, Path::new(name)).unwrap().camera;
+        assert!(camera.up.dot(up) > 0.5, "{name}: {}", camera.up);
+    }
     // A left-handed space, stacked downwards: it stood on its head.
     let name = "scalar/headsq/quarter.nhdr";
     if let Ok(opened) = open(&root.join(name), &OpenOptions::default(), &Ticket::new()) {
         let camera = first_look(&opened.grid, Path::new(name)).unwrap().camera;
         assert!(camera.up.z < -0.5, "{}", camera.up);
+    }
+}
+
+/// Letters in this scan, R and L, reach through all of its slices: they hid the head behind white bars.
+#[test]
+fn marks_burned_into_a_scan_of_the_pack_hide_nothing_of_it() {
+    let root = data_root();
+    for name in
+        ["avg152T1_LR_nifti.nii.gz", "avg152T1_LR_nifti2.nii.gz", "avg152T1_RL_nifti.nii.gz"]
+    {
+        let path = root.join("scalar").join(name);
+        let Ok(opened) = open(&path, &OpenOptions::default(), &Ticket::new()) else {
+            println!("skipped {name}: not there");
+            continue;
+        };
+        let scene = first_look(&opened.grid, Path::new(name)).unwrap();
+        let transfer = scene.transfer().unwrap();
+        assert_eq!(transfer.opacity_at(255.0), 0.0, "{name}");
+        assert!(transfer.opacity_at(150.0) > 0.01, "{name}: {transfer:?}");
+    }
+}
+
+/// A slice by itself is a picture: all of it is seen, from its darkest to its brightest.
+#[test]
+fn slices_by_themselves_are_seen_whole() {
+    let root = data_root();
+    for name in [
+        "formats/dicom/CT_small.dcm",
+        "formats/dicom/MR_small.dcm",
+        "formats/metaimage/foot.mha",
+        "formats/nrrd/NrrdSample.igs.nrrd",
+        "formats/tiff/minisblack-1c-16b.tiff",
+    ] {
+        let Ok(opened) = open(&root.join(name), &OpenOptions::default(), &Ticket::new()) else {
+            println!("skipped {name}: not there");
+            continue;
+        };
+        let scene = first_look(&opened.grid, Path::new(name)).unwrap();
+        let statistics = &scene.volume().unwrap().statistics;
+        let transfer = scene.transfer().unwrap();
+        let [low, high] = [0.005, 0.995].map(|share| statistics.quantile(share));
+        assert!([low, high].iter().all(|value| transfer.opacity_at(*value) == 1.0), "{name}");
+        let [dark, bright] = [low, high].map(|value| transfer.colour.srgb_at(value).0[1]);
+        assert!(dark < 30 && bright > 225, "{name}: {dark} to {bright}");
     }
 }
 

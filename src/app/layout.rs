@@ -146,9 +146,9 @@ impl Window {
         ui.menu_button(indented("Look from"), |ui| {
             self.menu_entries_ui(ui, Menu::View, Action::is_direction, chosen);
         });
-        let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
+        let told = self.document.as_ref().map(view::Told::of).unwrap_or_default();
         if let Some(scene) = &mut self.scene {
-            view::up_menu_ui(ui, indented("Up axis"), scene, space);
+            view::up_menu_ui(ui, indented("Up axis"), scene, told);
         }
         self.menu_entries_ui(ui, Menu::View, |action| !action.is_direction(), chosen);
     }
@@ -320,8 +320,8 @@ impl Window {
         });
         section_ui(ui, sections, "View", |ui| {
             let (settings, cells) = (&mut self.settings, &mut self.cells);
-            let space = document.grid.space.as_deref();
-            view::view_ui(ui, (scene, space), settings, cells, &self.left_out);
+            let told = view::Told::of(document);
+            view::view_ui(ui, (scene, told), settings, cells, &self.left_out);
         });
         match vector_request.flatten().flatten() {
             Some(VectorRequest::Field(source)) => self.choose_vectors(ui.ctx(), false, source),

@@ -21,8 +21,8 @@ use crate::core::{Camera, Projection, counted};
 use crate::io::Series;
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
-    ByArray, CutSettings, Inside, Layer, Look, Orientation, PolygonLayer, SampleSource, Sampled,
-    Scene, Shading, SplatSettings, VectorLayer, offers, projected_range,
+    ByArray, CutSettings, Inside, Layer, Look, PolygonLayer, SampleSource, Sampled, Scene, Shading,
+    SplatSettings, VectorLayer, offers, projected_range,
 };
 use crate::task::transfer_file;
 use crate::transfer::ColourSource;
@@ -251,7 +251,7 @@ impl Window {
             self.settings.sections.entry(POLYGONS.to_owned()).or_insert(true);
         }
         if camera.is_none() {
-            let orientation = Orientation::of(document.grid.space.as_deref()).with_up(scene.up);
+            let orientation = look.orientation.with_up(scene.up);
             let size = self.viewport_size.map(f64::from);
             let framed = camera_control::framed(&scene, look.view, orientation, size);
             scene.camera = Camera { projection, ..framed };

@@ -384,10 +384,10 @@ impl Window {
         self.change_camera(|camera| camera_control::turned_to(camera, view, orientation));
     }
 
-    /// Which way round things are: as the file says, with the axis up that was chosen.
+    /// Which way round things are: as at the first look, with the axis up that was chosen.
     pub(super) fn orientation(&self) -> Orientation {
-        let space = self.document.as_ref().and_then(|d| d.grid.space.as_deref());
-        Orientation::of(space).with_up(self.scene.as_ref().and_then(|scene| scene.up))
+        let told = self.document.as_ref().map(|document| document.first_look.orientation);
+        told.unwrap_or_default().with_up(self.scene.as_ref().and_then(|scene| scene.up))
     }
 
     fn turn_upside_down(&mut self) {

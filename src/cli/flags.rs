@@ -221,7 +221,7 @@ pub struct SceneFlags {
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub camera_view_up: Option<[f64; 3]>,
     /// Axis of the world that points up, as in the window: +z, -z, +y, -y, +x or -x. Views without
-    /// --camera-direction look from the front, the right and above at once [default: +z]
+    /// --camera-direction look from the front, the right and above at once [default: as the file says, else as its shape tells, else +z]
     #[arg(long, value_name = "AXIS", value_parser = values::up_axis, allow_hyphen_values = true,
         conflicts_with = "camera_view_up")]
     pub camera_up_axis: Option<UpAxis>,

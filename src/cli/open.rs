@@ -11,8 +11,7 @@ use crate::core::{Camera, Projection, Ticket};
 use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
 use crate::scene::{
-    self, FirstLook, Orientation, SampleSource, Scene, Shading, SplatSettings, Visibility,
-    framing_what_shows,
+    self, FirstLook, SampleSource, Scene, Shading, SplatSettings, Visibility, framing_what_shows,
 };
 use crate::task::transfer_file;
 use crate::transfer::presets::Preset;
@@ -208,12 +207,12 @@ fn range_words(statistics: &Statistics) -> String {
 pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Scene, Failure> {
     let (source, volume) = scalar(input, flags.field.as_deref(), flags.component)?;
     let space = input.grid.space.as_deref();
-    let orientation = Orientation::of(space).with_up(flags.camera_up_axis);
     let surface = if mode.draws_points { None } else { surface::of(input, flags)? };
     let look = FirstLook::of(&volume, space);
+    let orientation = look.orientation.with_up(flags.camera_up_axis);
     let look = if surface.is_some() { look.of_surface() } else { look };
     let unlit = look.unlit_mode();
-    let mut opening = scene::seen_first(source, Arc::clone(&volume), look, space);
+    let mut opening = scene::seen_first(source, Arc::clone(&volume), look);
     if let Some(up) = flags.camera_up_axis {
         let (direction, shown_up) = orientation.first_view().direction_and_up(orientation);
         if let Some(transfer) = opening.transfer() {

@@ -4,6 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::upright::told_by_matter;
 use super::{
     ByArray, Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings,
 };
@@ -20,6 +21,8 @@ pub struct FirstLook {
     pub lighting: Option<Lighting>,
     /// The mode: [`SplatSettings::EXACT`] but for labels, thick slices and basis functions.
     pub splat: SplatSettings,
+    /// Which way round it is: as its file says, and where that says nothing, as its matter tells.
+    pub orientation: Orientation,
     /// From where it is seen: patients from the front.
     pub view: NamedView,
 }
@@ -44,6 +47,8 @@ const THICK: f64 = 3.0;
 const LIT_SLABS: f64 = 256.0;
 /// But no thinner than this many to a sample, where none is left (EMD-3197.map, 20³; of demo:head, 128³, two leave traces).
 const MOST_LIT_SLABS: f64 = 4.0;
+/// How far below the least value of a cloud its colours begin, in parts of their range.
+const ABOVE_DARK: f64 = 0.3;
 /// A volume that is thinner than this share of its next side is seen onto its slices.
 const THIN: f64 = 0.12;
 
@@ -109,31 +114,41 @@ impl FirstLook {
     /// Of a volume in a space that its file names.
     pub fn of(volume: &ScalarVolume, space: Option<&str>) -> Self {
         let statistics = &volume.statistics;
+        let spacing = volume.lattice.spacing.abs();
+        let is_thick = spacing.max_element() / spacing.min_element() > THICK;
+        let is_picture = volume.lattice.dims.contains(&1);
         let mut transfer = match volume.depth_in_cells() {
             Some(depth) => presets::of_cells(statistics, depth),
             None if volume.scattered.is_some() => presets::of_points(statistics),
+            None if is_picture => presets::of_picture(statistics),
+            None if is_thick => presets::of_outside(statistics),
             None => presets::default_for(statistics),
         };
         let is_of_names = Kind::of(statistics) == Kind::Labels;
-        let spacing = volume.lattice.spacing;
-        let thickest = spacing.max_element() / spacing.min_element();
+        let told = match space {
+            Some(_) => None,
+            None => told_by_matter(volume, &transfer),
+        };
+        let orientation = told.unwrap_or(Orientation::of(space));
         let faces = Faces::of(volume, &transfer);
         // The outer faces of cells carry their shape, whatever lies within; so does where points end.
         let is_of_cells = volume.scattered.is_some();
         let is_lit = is_of_names || is_of_cells || faces.is_some_and(Faces::carry_the_shape);
-        if let (Some(_), false, ColourSource::Map { map, .. }) =
+        if let (Some(_), false, ColourSource::Map { map, range }) =
             (faces, is_lit, &mut transfer.colour)
         {
             // Greys and browns tell shapes by their light; without any, matter that is dense is one white.
+            if *map == ColourMap::Viridis {
+                // Its darkest colours are those of thin matter, which would be lost on black.
+                range[0] -= ABOVE_DARK * (range[1] - range[0]);
+            }
             *map = ColourMap::Viridis;
         }
         let splat = match is_of_names {
             _ if volume.functions.is_some() => SplatSettings::FUNCTIONS,
             _ if let Some(own) = SplatSettings::of_cells_or_points(volume) => own,
             true => SplatSettings::NAMES,
-            false if thickest > THICK && volume.lattice.dims.iter().all(|&n| n > 1) => {
-                SplatSettings::BETWEEN_SLICES
-            }
+            false if is_thick && !is_picture => SplatSettings::BETWEEN_SLICES,
             false => SplatSettings::EXACT,
         };
         let splat = match splat {
@@ -146,11 +161,11 @@ impl FirstLook {
             // Names have faces on all sides, and often no more than a few slices.
             true => NamedView::Isometric,
             // Cells and points lie in no slices.
-            false if is_of_cells => Orientation::of(space).first_view(),
-            false => first_view(&volume.lattice, Orientation::of(space)),
+            false if is_of_cells => orientation.first_view(),
+            false => first_view(&volume.lattice, orientation),
         };
         let lighting = is_lit.then(Lighting::first_look);
-        Self { transfer, lighting, splat, view }
+        Self { transfer, lighting, splat, orientation, view }
     }
 
     /// Its mode where it is not lit after all: slabs of samples are a sample thick then.

@@ -19,6 +19,7 @@ mod refusals;
 mod saved;
 mod shading;
 mod store;
+mod upright;
 mod view;
 
 pub use crate::hierarchy::ErrorMeasure;
@@ -205,19 +206,13 @@ pub const BACKGROUND: Srgb8 = Srgb8::BLACK;
 /// What a newly opened volume is seen as ([`FirstLook`]): what of it shows fills the view, black behind. `space` is what
 /// the file calls its space.
 pub fn first_look(source: SampleSource, volume: Arc<ScalarVolume>, space: Option<&str>) -> Scene {
-    let look = FirstLook::of(&volume, space);
-    seen_first(source, volume, look, space)
+    seen_first(source, Arc::clone(&volume), FirstLook::of(&volume, space))
 }
 
 /// A volume as a first look says.
-pub fn seen_first(
-    source: SampleSource,
-    volume: Arc<ScalarVolume>,
-    look: FirstLook,
-    space: Option<&str>,
-) -> Scene {
-    let FirstLook { transfer, lighting, splat, view } = look;
-    let (direction, up) = view.direction_and_up(Orientation::of(space));
+pub fn seen_first(source: SampleSource, volume: Arc<ScalarVolume>, look: FirstLook) -> Scene {
+    let FirstLook { transfer, lighting, splat, orientation, view } = look;
+    let (direction, up) = view.direction_and_up(orientation);
     let seen_by = Scene::seen_by(framing_what_shows(&volume, &transfer, direction, up));
     let shading = Shading { lighting, ..Shading::default() };
     let mut scene = Scene { splat, shading, ..seen_by };

@@ -12,6 +12,20 @@ const LABEL_GAPS: f64 = 8.0;
 const FEW_LABELS: usize = 8;
 /// at least such a share of all, where steps of a measurement are as frequent as each other.
 const LEAST_NOTHING: f64 = 0.2;
+/// Air of magnetic resonance is noise at the foot of 8 bits: below this part of the range
+const AIR: f64 = 0.06;
+/// it is commonest, and its least value is rarer than this. (HeadMRVolume: 0.011. CT, whose air is cut off at 0: 0.65 to 0.8.)
+const RAREST_AIR: f64 = 0.02;
+/// Marks that somebody burned into a scan are at the greatest value that so many bits hold (8, 12, 15 or 16),
+const FULL: [f64; 4] = [255.0, 4095.0, 32_767.0, 65_535.0];
+/// at this part of all samples or more,
+const LEAST_MARKED: f64 = 1e-3;
+/// with next to nothing in this part of the range below it:
+const MARK_GAP: f64 = 0.15;
+/// fewer samples than this part of the marks. (avg152T1: 0.02. Where bright matter was cut off at the greatest value: 0.5 and more.)
+const MOST_BETWEEN: f64 = 0.05;
+/// A tenth of what is left or more lies beyond this part of its range. (avg152T1: 0.6. A bright thing in noise: 0.)
+const LEAST_LEFT: f64 = 0.25;
 /// What scanners add to Hounsfield units where files hold nothing below 0.
 const STORED_ZERO: f64 = 1024.0;
 /// From fat to muscle and blood, Hounsfield units: what most of a body is.
@@ -31,7 +45,7 @@ pub enum Kind {
     Labels,
     /// Whole numbers up to 255 apart: a scan or a photograph, brought to 8 bits.
     EightBits,
-    /// Other whole numbers, in a unit of their own: magnetic resonance, microscopes.
+    /// Other whole numbers, in a unit of their own: magnetic resonance, in 8 bits too where its air shows, and microscopes.
     WholeNumbers,
     /// Fractions, most of them about 0 as often below as above, and a few far above: maps of electron microscopes.
     Map {
@@ -57,7 +71,7 @@ impl Kind {
         if are_labels(statistics) {
             return Self::Labels;
         }
-        match statistics.max - statistics.min <= 255.0 {
+        match statistics.max - statistics.min <= 255.0 && !has_noisy_air(statistics) {
             true => Self::EightBits,
             false => Self::WholeNumbers,
         }
@@ -95,6 +109,63 @@ fn is_stored_ct(statistics: &Statistics) -> bool {
         && among(shifted(SPARSE)) < 0.5 * body
 }
 
+/// Whether most of the darker half is noise just above the least value, as the air of magnetic resonance is.
+fn has_noisy_air(statistics: &Statistics) -> bool {
+    let bins = &statistics.histogram;
+    let all = statistics.finite_count as f64;
+    let darker = &bins[..bins.len() / 2];
+    let commonest = (0..darker.len()).max_by_key(|&bin| (darker[bin], darker.len() - bin));
+    let is_at_foot = commonest.is_some_and(|bin| bin > 0 && (bin as f64) < AIR * bins.len() as f64);
+    is_at_foot && (bins[0] as f64) < RAREST_AIR * all
+}
+
+/// The statistics without marks that somebody burned into a scan: many samples of the greatest value there can be, far
+/// above all others; `None` where there are none.
+pub(super) fn without_marks(statistics: &Statistics) -> Option<Statistics> {
+    let bins = &statistics.histogram;
+    let all = statistics.finite_count as f64;
+    let between = MOST_BETWEEN * bins[bins.len() - 1] as f64;
+    let mut passed = 0;
+    let below = (0..bins.len() - 1).rev().find(|&bin| {
+        passed += bins[bin];
+        passed as f64 > between
+    })?;
+    let gap = bins.len() - 1 - below;
+    let is_marked = FULL.contains(&statistics.max)
+        && (bins[bins.len() - 1] as f64) >= LEAST_MARKED * all
+        && gap as f64 >= MARK_GAP * bins.len() as f64
+        && is_whole(statistics)
+        // Labels leave gaps of their own.
+        && bins.iter().filter(|count| **count > 0).count() > MOST_LABELS;
+    if !is_marked {
+        return None;
+    }
+    let max = statistics.value_at((below as f64 + 1.0) / bins.len() as f64).floor();
+    let is_below = |value: &f64| *value <= max;
+    let quantiles: Vec<f64> = statistics.quantiles.iter().copied().filter(is_below).collect();
+    // Bins of the narrower range; what a bin had goes to where its middle lies.
+    let range = max - statistics.min;
+    let mut histogram = vec![0; bins.len()];
+    for (bin, count) in bins.iter().enumerate().take(below + 1) {
+        let value = statistics.value_at((bin as f64 + 0.5) / bins.len() as f64);
+        let place = (value - statistics.min) / range * bins.len() as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin")]
+        let place = (place.max(0.0) as usize).min(bins.len() - 1);
+        histogram[place] += count;
+    }
+    let finite_count = histogram.iter().sum();
+    // What is left is a scan only where much of it is matter; else the brightest was.
+    let most = *quantiles.get(quantiles.len() * 9 / 10)?;
+    let has_matter = most > statistics.min + LEAST_LEFT * range;
+    (quantiles.len() > bins.len() / 2 && has_matter).then(|| Statistics {
+        max,
+        finite_count,
+        histogram,
+        quantiles,
+        ..statistics.clone()
+    })
+}
+
 fn are_labels(statistics: &Statistics) -> bool {
     let range = statistics.max - statistics.min;
     if range <= 0.0 {
@@ -104,11 +175,16 @@ fn are_labels(statistics: &Statistics) -> bool {
     let occupied = statistics.histogram.iter().filter(|&&count| count > 0).count();
     let all: u64 = statistics.histogram.iter().sum();
     let most = statistics.histogram.iter().copied().max().unwrap_or(0);
+    // Of two values one is a thing, and the other what it is not, whatever numbers stand for them.
+    if occupied == 2
+        && statistics.quantiles.iter().all(|v| [statistics.min, statistics.max].contains(v))
+    {
+        return true;
+    }
     occupied <= MOST_LABELS
         && (occupied <= FEW_LABELS || most as f64 >= LEAST_NOTHING * all as f64)
         && range < statistics.histogram.len() as f64
-        // Of two values one is a thing, and the other what it is not.
-        && (occupied == 2 || range <= LABEL_GAPS * occupied as f64)
+        && range <= LABEL_GAPS * occupied as f64
 }
 
 /// The whole numbers that there are, of labels.
@@ -116,6 +192,9 @@ pub(super) fn labels(statistics: &Statistics) -> Vec<f64> {
     let bins = statistics.histogram.len() as f64;
     let range = statistics.max - statistics.min;
     let occupied = statistics.histogram.iter().enumerate().filter(|(_, count)| **count > 0);
+    if occupied.clone().count() == 2 && range > 0.0 {
+        return vec![statistics.min, statistics.max];
+    }
     let mut labels: Vec<f64> = occupied
         .map(|(bin, _)| statistics.min + ((bin as f64 + 0.5) / bins * range).round())
         .collect();
@@ -185,6 +264,49 @@ mod tests {
     }
 
     #[test]
+    fn magnetic_resonance_in_8_bits_is_known_by_its_noisy_air() {
+        let noise = |i: usize| (i * 7919 % 9 + i * 104_729 % 7) as i16;
+        let head = |i: usize| if i % 3 == 0 { 60 + (i * 7919 % 190) as i16 } else { noise(i) };
+        assert_eq!(whole(head), Kind::WholeNumbers);
+        // Air that was cut off, as of CT in a window.
+        assert_eq!(whole(|i| (head(i) - 12).max(0)), Kind::EightBits);
+    }
+
+    #[test]
+    fn marks_that_were_burned_in_are_no_matter() {
+        let head = |i: usize| (i * 7919 % 180) as i16;
+        let marked = |i: usize| if i % 11 == 0 { 255 } else { head(i) };
+        let statistics = |value: &dyn Fn(usize) -> i16| {
+            let samples = Samples::Int16((0..60_000).map(value).collect());
+            Statistics::of(&samples, &Ticket::new()).expect("never cancelled")
+        };
+        let without = without_marks(&statistics(&marked)).expect("marks");
+        assert!((179.0..183.0).contains(&without.max), "{}", without.max);
+        assert!(without.quantiles.iter().all(|value| *value < 180.0));
+        // A few that lie between make no matter of them.
+        let few = |i: usize| if i % 500 == 1 { 180 + (i / 500 % 70) as i16 } else { marked(i) };
+        assert!(without_marks(&statistics(&few)).is_some_and(|scan| scan.max < 200.0));
+        assert_eq!(without.histogram.iter().sum::<u64>(), without.finite_count);
+        assert_eq!(without_marks(&statistics(&head)), None);
+        // A scan that is too bright for its bits has no gap below these.
+        let bright = |i: usize| ((i * 7919 % 300) as i16).min(255);
+        assert_eq!(without_marks(&statistics(&bright)), None);
+        assert_eq!(without_marks(&statistics(&|i| [0, 1, 12][i % 3])), None);
+        // Nor is a thing that has a value of its own (the innermost of demo:shells).
+        assert_eq!(
+            without_marks(&statistics(&|i| if i % 11 == 0 { 210 } else { head(i) * 4 / 5 })),
+            None
+        );
+        // A bright thing in faint noise is no mark.
+        let thing = |i: usize| match (i % 11, i % 21) {
+            (0, _) => 255,
+            (_, 0) => (i * 7919 % 50) as i16,
+            _ => 0,
+        };
+        assert_eq!(without_marks(&statistics(&thing)), None);
+    }
+
+    #[test]
     fn few_numbers_close_together_are_labels_and_so_are_two() {
         assert_eq!(whole(|i| [0, 0, 0, 1, 2, 3, 12][i % 7]), Kind::Labels);
         assert_eq!(whole(|i| if i % 3 == 0 { 0 } else { (i % 30) as i16 }), Kind::Labels);
@@ -192,6 +314,8 @@ mod tests {
         assert_eq!(whole(|i| (i % 8) as i16), Kind::Labels);
         assert_eq!(whole(|i| [40, 200][i % 2]), Kind::Labels);
         assert_eq!(whole(|i| [40, 120, 200][i % 3]), Kind::EightBits);
+        // A ball of 0 in 257.
+        assert_eq!(whole(|i| [0, 257, 257][i % 3]), Kind::Labels);
         assert_eq!(whole(|_| 7), Kind::EightBits);
         let samples = Samples::Int16((0..700).map(|i| [0, 1, 2, 4, 29][i % 5]).collect());
         let statistics = Statistics::of(&samples, &Ticket::new()).expect("never cancelled");

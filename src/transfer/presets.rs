@@ -1,6 +1,6 @@
 //! Transfer functions that look right at once, from a volume's statistics.
 
-use super::kind::{colour_of_label, labels};
+use super::kind::{colour_of_label, labels, without_marks};
 pub use super::named_presets::Preset;
 use super::{ColourMap, ColourSource, Kind, TransferFunction};
 use crate::volume::Statistics;
@@ -21,6 +21,8 @@ const THICK_CELLS: f64 = 1.5;
 const MOST_OF_CELLS: f64 = 0.97;
 /// Where matter of a map begins and is dense, in standard deviations of its noise.
 const MAP_LEVELS: [f64; 2] = [2.5, 5.0];
+/// Where colours of what is seen from outside end, in parts of the visible range.
+const OUTERMOST: f64 = 0.65;
 /// How far below the least visible value a map that begins in black begins, in parts of the visible range: matter that
 /// is black on black is a shadow that nobody understands.
 const ABOVE_BLACK: f64 = 0.25;
@@ -78,13 +80,18 @@ pub(super) fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction 
 /// all else the commonest value (air, water, zero) is hidden, what lies beyond the valley after it is shown, translucent
 /// where there is much of it and opaque where there is little, and coloured over the range it fills: in the colours of
 /// anatomy where values are whole numbers up to 255, in greys where these are larger, in viridis where they are fractions,
-/// or where what is hidden is the brightest. Outliers move neither.
+/// or where what is hidden is the brightest. Outliers move neither, nor do marks that somebody burned into a scan: these are
+/// hidden.
 pub fn default_for(statistics: &Statistics) -> TransferFunction {
     if statistics.min == statistics.max {
         return of_constant(statistics, ColourMap::Viridis);
     }
     if !(statistics.max - statistics.min).is_finite() {
         return for_huge(statistics, default_for);
+    }
+    if let Some(scan) = without_marks(statistics) {
+        // Their faces are of values that matter has, too: what it hides of them is not seen.
+        return clear_of_marks(of_outside(&scan), [scan.max, statistics.max]);
     }
     let map = match Kind::of(statistics) {
         Kind::Ct { zero } => return shifted(ct_soft(), zero),
@@ -99,6 +106,51 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
         let thin = (0.15 / share.max(0.01)).clamp(0.25, 1.0);
         [(0.5, 0.08 * thin), (0.9, 0.35 * thin), (0.995, 0.8)]
     })
+}
+
+/// The same where little of what lies inside could be made out, as between thick slices: what hides it is opaque.
+pub fn of_outside(statistics: &Statistics) -> TransferFunction {
+    if let Some(scan) = without_marks(statistics) {
+        return clear_of_marks(of_outside(&scan), [scan.max, statistics.max]);
+    }
+    match Kind::of(statistics) {
+        Kind::EightBits | Kind::WholeNumbers if statistics.min < statistics.max => {
+            let map = match Kind::of(statistics) {
+                Kind::EightBits => ColourMap::CtLike,
+                _ => ColourMap::Gray,
+            };
+            let mut function =
+                by_percentiles(statistics, map, |_| [(0.1, 0.3), (0.5, 0.5), (0.995, 0.85)]);
+            if let ColourSource::Map { range: [low, high], .. } = &mut function.colour {
+                // What is seen is the outermost, which is seldom the brightest.
+                *high = *low + OUTERMOST * (*high - *low);
+            }
+            function
+        }
+        _ => default_for(statistics),
+    }
+}
+
+/// For a picture, one slice: all of it is seen, from its darkest to its brightest.
+pub fn of_picture(statistics: &Statistics) -> TransferFunction {
+    if !(statistics.max - statistics.min).is_finite() {
+        return for_huge(statistics, of_picture);
+    }
+    let map = match Kind::of(statistics) {
+        Kind::Labels if statistics.min < statistics.max => return of_labels(statistics),
+        Kind::Ct { .. } | Kind::EightBits | Kind::WholeNumbers | Kind::Labels => ColourMap::Gray,
+        Kind::Map { .. } | Kind::Fractions => ColourMap::Viridis,
+    };
+    let range = range(statistics, RangeRule::Percentiles);
+    TransferFunction::of(vec![(statistics.min, 1.0)], ColourSource::Map { map, range })
+}
+
+/// Nothing of what lies beyond the first of two values, where marks begin that reach the second.
+fn clear_of_marks(mut function: TransferFunction, [low, high]: [f64; 2]) -> TransferFunction {
+    let last = function.opacity_at(low);
+    function.opacity.retain(|(value, _)| *value < low);
+    function.opacity.extend([(low, last), (low + 0.02 * (high - low), 0.0)]);
+    function
 }
 
 /// A transfer function for cells that nobody has looked at yet: all of them are seen, as in other programs, so that their shape
@@ -169,10 +221,16 @@ fn of_map(statistics: &Statistics, noise: f64) -> TransferFunction {
     TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::Viridis, range: [0.0, top] })
 }
 
-/// A colour for each label, with steps half way between them; nothing of 0, or where that is none, of the least.
+/// A colour for each label, with steps half way between them; nothing of 0, or where that is none, of the least, of two
+/// of the commoner.
 fn of_labels(statistics: &Statistics) -> TransferFunction {
     let labels = labels(statistics);
-    let nothing = if labels.contains(&0.0) { 0.0 } else { statistics.min };
+    let nothing = match labels[..] {
+        _ if labels.contains(&0.0) => 0.0,
+        // Of two the commoner is what the other one is not.
+        [low, high] if statistics.count_near(high) > statistics.count_near(low) => high,
+        _ => statistics.min,
+    };
     let mut opacity = Vec::new();
     if nothing > statistics.min {
         opacity.extend([(statistics.min, LABEL_OPACITY), (nothing - 0.5, LABEL_OPACITY)]);
@@ -484,6 +542,50 @@ mod tests {
         let (_, f) = of(Samples::Float32(values.collect()));
         assert_eq!((f.opacity_at(0.0), f.opacity_at(1.2)), (0.0, 0.0), "{f:?}");
         assert!(f.opacity_at(6.0) > 0.3, "{f:?}");
+    }
+
+    #[test]
+    fn marks_are_hidden_and_change_nothing_of_the_scan() {
+        let mut seed = 11;
+        let scan: Vec<u8> = (0..60_000)
+            .map(|i| ([4.0, 4.0, 90.0][i % 3] + 80.0 * noise(&mut seed)) as u8)
+            .collect();
+        let marked = scan.iter().enumerate().map(|(i, v)| if i % 11 == 0 { 255 } else { *v });
+        let (_, with) = of(Samples::UInt8(marked.collect()));
+        let (statistics, _) = of(Samples::UInt8(scan));
+        let without = of_outside(&statistics);
+        assert_eq!((with.opacity_at(255.0), with.opacity_at(200.0)), (0.0, 0.0), "{with:?}");
+        for value in [20.0, 100.0, 140.0, 165.0] {
+            let (a, b) = (with.opacity_at(value), without.opacity_at(value));
+            assert!((a - b).abs() < 0.1, "{value}: {a} and {b}");
+        }
+        assert!(with.opacity_at(165.0) > 0.1);
+    }
+
+    #[test]
+    fn all_of_a_picture_is_seen_and_what_is_seen_from_outside_is_opaque() {
+        let values = (0..60_000).map(|i| if i % 3 == 0 { 90 + (i * 7919 % 160) as u8 } else { 3 });
+        let (statistics, usual) = of(Samples::UInt8(values.collect()));
+        let picture = of_picture(&statistics);
+        assert!((0..=255).all(|v| picture.opacity_at(f64::from(v)) == 1.0));
+        assert!(picture.colour_at(3.0).0[0] < 0.05 && picture.colour_at(249.0).0[0] > 0.9);
+        let outside = of_outside(&statistics);
+        assert_eq!(outside.opacity_at(3.0), 0.0);
+        assert!(outside.opacity_at(150.0) > 3.0 * usual.opacity_at(150.0), "{outside:?} {usual:?}");
+    }
+
+    #[test]
+    fn of_two_numbers_the_rarer_is_the_thing() {
+        let of_share = |part: usize| {
+            of(Samples::Int16((0..50_000).map(|i| if i % 7 < part { 300 } else { 2 }).collect())).1
+        };
+        let (few, many) = (of_share(2), of_share(5));
+        assert_eq!((few.opacity_at(2.0), few.opacity_at(300.0)), (0.0, LABEL_OPACITY));
+        assert_eq!((many.opacity_at(2.0), many.opacity_at(300.0)), (LABEL_OPACITY, 0.0));
+        // 0 is none, however rare (a ball that fills its box).
+        let (_, ball) =
+            of(Samples::Int16((0..50_000).map(|i| if i % 7 < 5 { 257 } else { 0 }).collect()));
+        assert_eq!((ball.opacity_at(0.0), ball.opacity_at(257.0)), (0.0, LABEL_OPACITY));
     }
 
     #[test]

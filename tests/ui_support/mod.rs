@@ -504,10 +504,11 @@ impl Library for NamedFiles {
 
     fn first_look(&self, volume: &ScalarVolume, space: Option<&str>) -> FirstLook {
         let transfer = default_transfer(&volume.statistics);
-        let view = Orientation::of(space).first_view();
+        let orientation = Orientation::of(space);
+        let view = orientation.first_view();
         let lighting = (volume.name == "faces").then(Lighting::first_look);
         let splat = SplatSettings::of_cells_or_points(volume).unwrap_or(SplatSettings::EXACT);
-        FirstLook { transfer, lighting, splat, view }
+        FirstLook { transfer, lighting, splat, orientation, view }
     }
 }
 

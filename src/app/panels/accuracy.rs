@@ -349,6 +349,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn one_mode_is_called_a_mode() {
+        assert_eq!([0, 1, 2].map(modes), ["0 modes", "1 mode", "2 modes"]);
+    }
+
+    #[test]
     fn the_panel_says_what_the_default_is_and_why_it_is_not_the_point_above_it() {
         assert_eq!(SplatSettings::default(), DEFAULT);
         let point = |ms, db, settings: SplatSettings| ChartPoint {

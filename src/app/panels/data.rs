@@ -3,6 +3,7 @@
 use eframe::egui::{Button, CollapsingHeader, ComboBox, RichText, Ui};
 
 use super::inside::note_ui;
+use super::view::Told;
 use super::{facts_ui, row_ui};
 use crate::app::document::Document;
 use crate::app::sentences::without_flags;
@@ -39,6 +40,11 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
     let space = document.grid.space.as_deref();
     let (space, space_help) = match space {
         Some(space) => (space, "What the file calls the directions of its axes"),
+        None if Told::of(document).is_by_shape() => (
+            "not stated",
+            "The file does not say which way its axes point, so its shape does: things stand on their heavy end, and patients \
+             lie on the scanner's table. Key 8 turns it upside down, and Up under View chooses another axis",
+        ),
         None => (
             "not stated",
             "The file does not say which way its axes point, so z is taken to point up: key 8 turns it upside down, and Up \

@@ -7,6 +7,7 @@ use crate::app::actions::{Action, entry_of};
 use crate::app::annotations::switches_ui;
 use crate::app::camera_control::Turning;
 use crate::app::cells::{CellsOverlay, OCTREE_ERROR};
+use crate::app::document::Document;
 use crate::app::modes;
 use crate::app::settings::{
     BUDGET_MS, BudgetPreset, LADDERS, Settings, VIEW_ANGLE_DEG, ladder_label,
@@ -17,18 +18,18 @@ use crate::scene::{Annotation, Moving, Orientation, Scene, UpAxis};
 use crate::task::cuts::why_no_cut_of;
 
 /// Background, projection, frame budget, the switches of refinement, and what lies over the picture.
-/// `space` is what the file calls its own. `left_out`: annotations that the view has no room for.
+/// `told` is which way round the file's volume is. `left_out`: annotations that the view has no room for.
 pub fn view_ui(
     ui: &mut Ui,
-    (scene, space): (&mut Scene, Option<&str>),
+    (scene, told): (&mut Scene, Told),
     settings: &mut Settings,
     cells: &mut CellsOverlay,
     left_out: &[Annotation],
 ) {
     row_ui(ui, "Background", |ui| background_ui(ui, settings));
     projection_ui(ui, scene, settings);
-    up_ui(ui, scene, space);
-    turning_ui(ui, scene, space, settings);
+    up_ui(ui, scene, told);
+    turning_ui(ui, scene, told, settings);
     moving_ui(ui, scene);
     refinement_ui(ui, settings);
     row_ui(ui, "Annotations", |ui| switches_ui(ui, &mut settings.annotations, left_out));
@@ -91,11 +92,11 @@ fn projection_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings) {
 }
 
 /// Which axis of the world points up.
-fn up_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
+fn up_ui(ui: &mut Ui, scene: &mut Scene, told: Told) {
     row_ui(ui, "Up", |ui| {
-        let shown = up_name(scene.up, space);
+        let shown = up_name(scene.up, told);
         let combo = ComboBox::from_id_salt("up axis").selected_text(shown);
-        let combo = combo.show_ui(ui, |ui| up_choices_ui(ui, scene, space));
+        let combo = combo.show_ui(ui, |ui| up_choices_ui(ui, scene, told));
         combo.response.accessible_name("Up axis").on_hover_text(UP);
     });
 }
@@ -104,35 +105,56 @@ fn up_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
 const UP: &str = "The axis of the world that points up: views that have names, and turning by hand, go by it. It stays \
                   chosen for files opened after this one";
 
+/// Which way round a file's volume is, and who says so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Told {
+    /// As it was first seen.
+    pub orientation: Orientation,
+    /// Whether the file says so.
+    pub is_by_file: bool,
+}
+
+impl Told {
+    /// Of an open file.
+    pub fn of(document: &Document) -> Self {
+        let orientation = document.first_look.orientation;
+        Self { orientation, is_by_file: document.grid.space.is_some() }
+    }
+
+    /// Whether what is seen says so.
+    pub fn is_by_shape(self) -> bool {
+        !self.is_by_file && self.orientation != Orientation::default()
+    }
+}
+
 /// What a choice of it is called.
-fn up_name(chosen: Option<UpAxis>, space: Option<&str>) -> String {
+fn up_name(chosen: Option<UpAxis>, told: Told) -> String {
     let name = |up: UpAxis| up.name().replace('-', "−");
-    let by_file = || match space {
-        Some(_) => format!("As in the file ({})", name(Orientation::of(space).up)),
-        None => format!("Not stated ({})", name(Orientation::of(space).up)),
+    let first = || {
+        let by = match told.is_by_file {
+            true => "As in the file",
+            false if told.is_by_shape() => "By its shape",
+            false => "Not stated",
+        };
+        format!("{by} ({})", name(told.orientation.up))
     };
-    chosen.map_or_else(by_file, name)
+    chosen.map_or_else(first, name)
 }
 
 /// The same as a part of a menu.
-pub fn up_menu_ui<'a>(
-    ui: &mut Ui,
-    name: impl IntoAtoms<'a>,
-    scene: &mut Scene,
-    space: Option<&str>,
-) {
-    let menu = ui.menu_button(name, |ui| up_choices_ui(ui, scene, space));
+pub fn up_menu_ui<'a>(ui: &mut Ui, name: impl IntoAtoms<'a>, scene: &mut Scene, told: Told) {
+    let menu = ui.menu_button(name, |ui| up_choices_ui(ui, scene, told));
     menu.response.on_hover_text(UP);
 }
 
 /// All that can be chosen; what is seen keeps its place in the picture.
-fn up_choices_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
+fn up_choices_ui(ui: &mut Ui, scene: &mut Scene, told: Told) {
     let mut chosen = scene.up;
     for choice in std::iter::once(None).chain(UpAxis::ALL.map(Some)) {
-        ui.selectable_value(&mut chosen, choice, up_name(choice, space));
+        ui.selectable_value(&mut chosen, choice, up_name(choice, told));
     }
     if chosen != scene.up {
-        let own = Orientation::of(space);
+        let own = told.orientation;
         let (before, after) = (own.with_up(scene.up), own.with_up(chosen));
         scene.up = chosen;
         scene.camera = after.turned_from(before, &scene.camera);
@@ -140,7 +162,7 @@ fn up_choices_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
 }
 
 /// How a drag turns the view.
-fn turning_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>, settings: &mut Settings) {
+fn turning_ui(ui: &mut Ui, scene: &mut Scene, told: Told, settings: &mut Settings) {
     row_ui(ui, "Turning", |ui| {
         let before = settings.turning;
         ui.selectable_value(&mut settings.turning, Turning::Turntable, "Turntable").on_hover_text(
@@ -149,7 +171,7 @@ fn turning_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>, settings: &mu
         ui.selectable_value(&mut settings.turning, Turning::Trackball, "Trackball")
             .on_hover_text("A drag turns the volume as a ball under the hand, any way round");
         if before != settings.turning && settings.turning == Turning::Turntable {
-            let up = Orientation::of(space).with_up(scene.up).up;
+            let up = told.orientation.with_up(scene.up).up;
             scene.camera = scene.camera.leveled(up.vector());
         }
     });
