@@ -629,9 +629,7 @@ fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_tha
     let poor = run(&["--refine", "coarse", "--budget-ms", "0.01"]);
     let width = poor["drawn_resolution"][0].as_u64().expect("a width");
     assert!(width < 80 && poor["budget_ms"] == 0.01, "{poor}");
-    // Of whatever is quicker than all of the own field: a cut of it, another, or splats.
     let nodes = poor["octree_nodes"].as_u64().expect("a count");
-    assert!(poor["field"] != own || nodes > 0, "{poor}");
     assert_eq!(nodes > 0, poor["octree_levels"].as_u64() > Some(0), "{poor}");
     assert!(estimated(&poor) > 0.002, "{poor}");
     // Between these times there is one that is too short for the own field and not for tents.

@@ -250,7 +250,7 @@ mod tests {
     fn told(value: impl Fn([f64; 3]) -> u8) -> Orientation {
         let at = |i: usize| [i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE].map(|n| n as f64);
         // A few of every value, so that they are measurements.
-        let spread = |i: usize| if i % 97 == 0 { (i / 97 % 60) as u8 } else { 0 };
+        let spread = |i: usize| if i.is_multiple_of(97) { (i / 97 % 60) as u8 } else { 0 };
         let values = (0..SIDE.pow(3)).map(|i| value(at(i)).max(spread(i)));
         let lattice = Lattice::unit([SIDE; 3]);
         let volume = ScalarVolume::from_samples("made", lattice, Samples::UInt8(values.collect()));

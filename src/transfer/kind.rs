@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn magnetic_resonance_in_8_bits_is_known_by_its_noisy_air() {
         let noise = |i: usize| (i * 7919 % 9 + i * 104_729 % 7) as i16;
-        let head = |i: usize| if i % 3 == 0 { 60 + (i * 7919 % 190) as i16 } else { noise(i) };
+        let head = |i: usize| if i.is_multiple_of(3) { 60 + (i * 7919 % 190) as i16 } else { noise(i) };
         assert_eq!(whole(head), Kind::WholeNumbers);
         // Air that was cut off, as of CT in a window.
         assert_eq!(whole(|i| (head(i) - 12).max(0)), Kind::EightBits);
@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn marks_that_were_burned_in_are_no_matter() {
         let head = |i: usize| (i * 7919 % 180) as i16;
-        let marked = |i: usize| if i % 11 == 0 { 255 } else { head(i) };
+        let marked = |i: usize| if i.is_multiple_of(11) { 255 } else { head(i) };
         let statistics = |value: &dyn Fn(usize) -> i16| {
             let samples = Samples::Int16((0..60_000).map(value).collect());
             Statistics::of(&samples, &Ticket::new()).expect("never cancelled")
