@@ -266,7 +266,8 @@ mod tests {
     #[test]
     fn magnetic_resonance_in_8_bits_is_known_by_its_noisy_air() {
         let noise = |i: usize| (i * 7919 % 9 + i * 104_729 % 7) as i16;
-        let head = |i: usize| if i.is_multiple_of(3) { 60 + (i * 7919 % 190) as i16 } else { noise(i) };
+        let head =
+            |i: usize| if i.is_multiple_of(3) { 60 + (i * 7919 % 190) as i16 } else { noise(i) };
         assert_eq!(whole(head), Kind::WholeNumbers);
         // Air that was cut off, as of CT in a window.
         assert_eq!(whole(|i| (head(i) - 12).max(0)), Kind::EightBits);
