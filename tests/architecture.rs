@@ -535,6 +535,16 @@ fn circles_of_imports_are_found() {
     assert_eq!(of(&[a, ("gpu/b.rs", "use crate::core::a; use super::GpuError;")]), [""; 0]);
 }
 
+/// Each use of rayon's iterators is compiled as some sixty functions: `core::parallel` shares work out in few.
+#[test]
+fn work_is_shared_out_in_one_place() {
+    for (file, source) in all_sources() {
+        for name in ["rayon::prelude", "rayon::iter", "ParallelIterator"] {
+            assert!(!source.contains(name), "src/{file} names {name}: see core::parallel");
+        }
+    }
+}
+
 /// Most loops of the native engine that are compiled for each instruction set: each takes its time to compile, and its bytes.
 const MOST_LOOPS: usize = 24;
 

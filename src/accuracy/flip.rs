@@ -6,9 +6,8 @@
 //! 200×150 pixels, 2026-11-21: means of 0.2986, 0.2897 and 0.8860 agree within 1.3e-6. That crate
 //! compiles C++ and takes bytes, and so is no part of this one.
 
-use rayon::prelude::*;
-
 use super::picture::Plane;
+use crate::core::parallel;
 
 /// Pixels per degree of the paper's default: a display 0.7 m wide with 3840 pixels, seen from 0.7 m.
 const PIXELS_PER_DEGREE: f64 = 3840.0 * std::f64::consts::PI / 180.0;
@@ -73,18 +72,14 @@ impl Flip {
     fn errors(&self, light: &[[f64; 4]]) -> Vec<f64> {
         let other = Parts::of(light, self.size);
         let greatest = greatest_colour_difference();
-        (0..other.colour.len())
-            .into_par_iter()
-            .with_min_len(4096)
-            .map(|i| {
-                let colour = hyab(self.parts.colour[i], other.colour[i]).powf(COLOUR_EXPONENT);
-                let [edges, points] =
-                    [0, 1].map(|k| (self.parts.features[i][k] - other.features[i][k]).abs());
-                let feature = (edges.max(points) / std::f64::consts::SQRT_2).min(1.0);
-                // Equation 4.
-                spread(colour, greatest).powf(1.0 - feature.powf(FEATURE_EXPONENT))
-            })
-            .collect()
+        parallel::list(other.colour.len(), |i| {
+            let colour = hyab(self.parts.colour[i], other.colour[i]).powf(COLOUR_EXPONENT);
+            let [edges, points] =
+                [0, 1].map(|k| (self.parts.features[i][k] - other.features[i][k]).abs());
+            let feature = (edges.max(points) / std::f64::consts::SQRT_2).min(1.0);
+            // Equation 4.
+            spread(colour, greatest).powf(1.0 - feature.powf(FEATURE_EXPONENT))
+        })
     }
 }
 
@@ -151,11 +146,10 @@ impl Parts {
         if light.is_empty() {
             return Self { colour: Vec::new(), features: Vec::new() };
         }
-        let shown: Vec<[f64; 3]> = light
-            .par_iter()
-            .with_min_len(4096)
-            .map(|&[r, g, b, _]| opponent([r, g, b].map(|c| c.clamp(0.0, 1.0))))
-            .collect();
+        let shown = parallel::list(light.len(), |i| {
+            let [r, g, b, _] = light[i];
+            opponent([r, g, b].map(|c| c.clamp(0.0, 1.0)))
+        });
         let plane = |c: usize| Plane { size, values: shown.iter().map(|p| p[c]).collect() };
         let seen: Vec<Plane> = [ACHROMATIC, RED_GREEN, BLUE_YELLOW]
             .into_iter()
@@ -163,16 +157,12 @@ impl Parts {
             .map(|(c, sensitivity)| as_resolved(&plane(c), sensitivity))
             .collect();
         let rgb_from_xyz = glam::DMat3::from_cols_array_2d(&XYZ_FROM_RGB).transpose().inverse();
-        let colour = (0..light.len())
-            .into_par_iter()
-            .with_min_len(4096)
-            .map(|i| {
-                let xyz = xyz_from_opponent(std::array::from_fn(|c| seen[c].values[i]));
-                let rgb = rgb_from_xyz * glam::DVec3::from(xyz);
-                let displayed = rgb.clamp(glam::DVec3::ZERO, glam::DVec3::ONE).to_array();
-                hunt(lab_from_xyz(self::xyz(displayed)))
-            })
-            .collect();
+        let colour = parallel::list(light.len(), |i| {
+            let xyz = xyz_from_opponent(std::array::from_fn(|c| seen[c].values[i]));
+            let rgb = rgb_from_xyz * glam::DVec3::from(xyz);
+            let displayed = rgb.clamp(glam::DVec3::ZERO, glam::DVec3::ONE).to_array();
+            hunt(lab_from_xyz(self::xyz(displayed)))
+        });
         Self { colour, features: features(&plane(0)) }
     }
 }

@@ -1,8 +1,7 @@
 //! Planes of numbers, and the filters that metrics need.
 
-use rayon::prelude::*;
-
 use crate::core::colour::srgb_from_linear;
+use crate::core::parallel;
 
 /// One number a pixel, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,11 +18,10 @@ pub(super) struct Plane {
 pub(super) fn luma(light: &[[f64; 4]], size: [usize; 2]) -> Plane {
     assert_eq!(light.len(), size[0] * size[1], "a picture of its size");
     let coded = |c: f64| srgb_from_linear(c.clamp(0.0, 1.0));
-    let values = light
-        .par_iter()
-        .with_min_len(4096)
-        .map(|&[r, g, b, _]| 0.299 * coded(r) + 0.587 * coded(g) + 0.114 * coded(b))
-        .collect();
+    let values = parallel::list(light.len(), |i| {
+        let [r, g, b, _] = light[i];
+        0.299 * coded(r) + 0.587 * coded(g) + 0.114 * coded(b)
+    });
     Plane { size, values }
 }
 
@@ -43,7 +41,8 @@ impl Plane {
         let [width, height] = self.size;
         let reach = across.len() / 2;
         let mut rows = vec![0.0; self.values.len()];
-        rows.par_chunks_mut(width).zip(self.values.par_chunks(width)).for_each(|(out, row)| {
+        let pairs = rows.chunks_mut(width).zip(self.values.chunks(width));
+        parallel::each(pairs, |(out, row)| {
             // The row with its ends held, so that the inner loop has no edge.
             let mut held = vec![row[0]; reach];
             held.extend_from_slice(row);
@@ -54,7 +53,7 @@ impl Plane {
         });
         let reach = down.len() / 2;
         let mut values = vec![0.0; rows.len()];
-        values.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+        parallel::each(values.chunks_mut(width).enumerate(), |(y, out)| {
             for (i, weight) in down.iter().enumerate() {
                 let from = (y + i).saturating_sub(reach).min(height - 1);
                 let row = &rows[from * width..][..width];

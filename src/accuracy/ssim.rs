@@ -3,9 +3,8 @@
 //! Written here because the crate that is maintained (`image-compare` 0.5) takes bytes and has
 //! square windows of 8 pixels, whose numbers are not comparable with anybody's.
 
-use rayon::prelude::*;
-
 use super::picture::{Plane, luma};
+use crate::core::parallel;
 
 /// Pixels across the window.
 const WINDOW: usize = 11;
@@ -55,20 +54,14 @@ impl Ssim {
         let square = windowed(&luma.map(|v| v * v));
         let product = windowed(&luma.zip(&self.luma, |a, b| a * b));
         let count = mean.values.len();
-        let sum: f64 = (0..count)
-            .into_par_iter()
-            .with_min_len(4096)
-            .map(|i| {
-                let (x, y) = (mean.values[i], self.mean.values[i]);
-                let variance = square.values[i] - x * x;
-                let covariance = product.values[i] - x * y;
-                (2.0 * x * y + C1) * (2.0 * covariance + C2)
-                    / ((x * x + y * y + C1) * (variance + self.variance.values[i] + C2))
-            })
-            .collect::<Vec<f64>>()
-            .iter()
-            .sum();
-        sum / count as f64
+        let similarity = |i: usize| {
+            let (x, y) = (mean.values[i], self.mean.values[i]);
+            let variance = square.values[i] - x * x;
+            let covariance = product.values[i] - x * y;
+            (2.0 * x * y + C1) * (2.0 * covariance + C2)
+                / ((x * x + y * y + C1) * (variance + self.variance.values[i] + C2))
+        };
+        parallel::list(count, similarity).iter().sum::<f64>() / count as f64
     }
 }
 

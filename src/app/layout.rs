@@ -259,15 +259,6 @@ impl Window {
             choice
         });
         let choice = choice.flatten();
-        let encoding_request = section_ui(ui, sections, "Basis functions", |ui| {
-            let running = self.encoding.as_ref();
-            let has_clip_box = scene.inside.clip.bounds.is_some();
-            let choice = (&mut self.encode_choice, has_clip_box);
-            let second =
-                (self.compare.on && self.compare.edits_second).then_some(&mut self.compare.second);
-            splat::limits_ui(ui, second.unwrap_or(&mut scene.splat));
-            encoding::encoding_ui(ui, document, choice, running)
-        });
         let vector_request = document.has_vectors().then(|| {
             section_ui(ui, sections, "Vectors", |ui| {
                 let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
@@ -317,6 +308,15 @@ impl Window {
             } else {
                 splat::splat_ui(ui, &mut scene.splat, of_field);
             }
+        });
+        let encoding_request = section_ui(ui, sections, "Basis functions", |ui| {
+            let running = self.encoding.as_ref();
+            let has_clip_box = scene.inside.clip.bounds.is_some();
+            let choice = (&mut self.encode_choice, has_clip_box);
+            let second =
+                (self.compare.on && self.compare.edits_second).then_some(&mut self.compare.second);
+            splat::limits_ui(ui, second.unwrap_or(&mut scene.splat));
+            encoding::encoding_ui(ui, document, choice, running)
         });
         section_ui(ui, sections, "View", |ui| {
             let (settings, cells) = (&mut self.settings, &mut self.cells);

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{Cells, ShadingNormals};
+use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket, mapped};
 
 /// Solids between two looks at the ticket: finding a volume takes a microsecond.
@@ -155,7 +155,7 @@ impl CellField {
             true => self.range_in(solid),
             false => none(),
         };
-        let all = (0..self.cells.solids().len()).into_par_iter().map(of).reduce(none, wider);
+        let all = parallel::merged(self.cells.solids().len(), none, of, wider);
         (all[0] <= all[1]).then_some(all)
     }
 
@@ -174,7 +174,7 @@ impl CellField {
             }),
             false => none(),
         };
-        let all = (0..self.cells.solids().len()).into_par_iter().map(of).reduce(none, wider);
+        let all = parallel::merged(self.cells.solids().len(), none, of, wider);
         (all[0][0] <= all[0][1]).then_some(all)
     }
 

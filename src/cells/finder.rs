@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{Cells, Kind, Listed};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 
 /// Steps along the longest side of the box about all cells, which lists are made in.
@@ -69,8 +69,7 @@ impl Finder {
             let found = solids.filter(|solid| self.is_inside_another(*solid));
             Ok(found.map(|solid| self.cells.sources()[solid]).collect())
         };
-        let found: Vec<Vec<u32>> =
-            (0..count.div_ceil(A_PART)).into_par_iter().map(of_part).collect::<Result<_, _>>()?;
+        let found: Vec<Vec<u32>> = parallel::try_list(count.div_ceil(A_PART), of_part)?;
         // The solids of a cell follow one another.
         let mut found = found.concat();
         found.dedup();

@@ -1,12 +1,13 @@
 //! The outer faces of cells.
 
-use rayon::prelude::*;
-
 use super::{Cells, Solid};
+use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket};
 
 /// Solids, or faces, between two looks at the ticket.
 const A_PART: usize = 1 << 14;
+/// Solids that a thread takes at a time.
+const A_RUN: usize = 1 << 9;
 /// Faces that are sorted together, about.
 const A_BUCKET: usize = 1 << 12;
 
@@ -54,9 +55,13 @@ impl Cells {
         let mut faces: Vec<([u32; 4], Face)> = Vec::new();
         for (part, solids) in self.solids().chunks(A_PART).enumerate() {
             ticket.look()?;
-            let solids = solids.par_iter().enumerate();
-            let solids = solids.map(|(i, solid)| (part * A_PART + i, solid));
-            faces.par_extend(solids.flat_map_iter(faces_of));
+            let runs: Vec<_> = solids.chunks(A_RUN).collect();
+            let found = parallel::list(runs.len(), |run| {
+                let solids = runs[run].iter().enumerate();
+                let solids = solids.map(|(i, solid)| (part * A_PART + run * A_RUN + i, solid));
+                solids.flat_map(faces_of).collect::<Vec<_>>()
+            });
+            faces.extend(found.into_iter().flatten());
         }
         // The same face twice has the same least point: sorted are only those whose least points are near each other, so that
         // nobody waits for all of them.
@@ -89,13 +94,15 @@ impl Cells {
         });
         let split: Vec<&mut [u32]> = split.collect();
         let key = |i: u32| faces[i as usize].0;
-        let lonely = split.into_par_iter().map(|own| {
+        let mut lonely = Vec::new();
+        lonely.resize_with(split.len(), Vec::new);
+        parallel::try_each(split.into_iter().zip(&mut lonely), |(own, lonely)| {
             ticket.look()?;
             own.sort_unstable_by_key(|i| key(*i));
             let alike = own.chunk_by(|a, b| key(*a) == key(*b));
-            Ok(alike.filter(|part| part.len() == 1).map(|part| part[0]).collect())
-        });
-        let lonely: Vec<Vec<u32>> = lonely.collect::<Result<_, Cancelled>>()?;
+            *lonely = alike.filter(|part| part.len() == 1).map(|part| part[0]).collect();
+            Ok::<(), Cancelled>(())
+        })?;
         let mut is_outer = vec![false; faces.len()];
         for i in lonely.iter().flatten() {
             looks.after(1)?;

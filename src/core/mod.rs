@@ -1,4 +1,4 @@
-//! What every other room speaks: cameras and spaces, colour, sizes, progress, the size of pieces, and cancellation.
+//! What every other room speaks: cameras and spaces, colour, sizes, progress, work shared out over threads, and cancellation.
 //!
 //! Owns plain values and their arithmetic. Refuses input and output, threads of its own, and the GPU.
 //! Every room may import it; it imports none.
@@ -9,6 +9,7 @@ pub mod memory;
 mod names;
 mod pace;
 pub mod panics;
+pub mod parallel;
 mod pieces;
 pub mod progress;
 

@@ -1,8 +1,7 @@
 //! Long work over many things, between which a ticket is looked at: seldom enough to cost nothing, and often enough that
 //! something newer need not wait for more than a millisecond or two.
 
-use rayon::prelude::*;
-
+use super::parallel;
 use super::progress::{Cancelled, Ticket};
 
 /// Looks at a ticket once enough was done since the last look. For work that is too short for a look each.
@@ -49,7 +48,7 @@ pub fn mapped<T: Send>(
     let mut made = Vec::with_capacity(count);
     for begin in (0..count).step_by(piece) {
         ticket.look()?;
-        made.par_extend((begin..(begin + piece).min(count)).into_par_iter().map(&make));
+        parallel::extend(&mut made, piece.min(count - begin), |i| make(begin + i));
     }
     Ok(made)
 }

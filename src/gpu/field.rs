@@ -3,13 +3,12 @@
 use std::ops::{Range, RangeInclusive};
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
-
 use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
 use super::{cells, functions};
 use crate::cells::On;
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{EMPTY_BRICK, distances, widen};
 use crate::kernel::{BOUND_BRICK, Bounds, Coefficients, Kernel, Weighs, mirrored};
@@ -418,7 +417,7 @@ pub(super) fn write_words(
         ticket.checkpoint(run as u64, words.end as u64).map_err(|_| GpuError::Cancelled)?;
         packed.clear();
         packed.resize((words.end - run).min(UPLOAD_WORDS), 0);
-        packed.par_chunks_mut(1 << 14).enumerate().for_each(|(i, part)| {
+        parallel::each(packed.chunks_mut(1 << 14).enumerate(), |(i, part)| {
             for (j, out) in part.iter_mut().enumerate() {
                 *out = word(run + i * (1 << 14) + j);
             }

@@ -1,9 +1,8 @@
 //! Basis functions as words on the device, in the place of a field's coefficients (`shaders/lib/field.wgsl`).
 
-use rayon::prelude::*;
-
 use super::GpuError;
 use crate::core::Ticket;
+use crate::core::parallel;
 use crate::hierarchy::EMPTY_BRICK;
 use crate::kernel::Bounds;
 use crate::rbf::{Blend, Listed};
@@ -47,7 +46,7 @@ pub(super) fn words(listed: &Listed) -> Vec<u32> {
 pub(super) fn sums(listed: &Listed, ticket: &Ticket) -> Result<Vec<f32>, GpuError> {
     let [nx, ny, nz] = listed.dims;
     let mut sums = vec![0.0_f32; nx * ny * nz];
-    sums.par_chunks_mut(nx).enumerate().try_for_each(|(i, row)| {
+    parallel::try_each(sums.chunks_mut(nx).enumerate(), |(i, row)| {
         if ticket.is_cancelled() {
             return Err(GpuError::Cancelled);
         }
@@ -76,7 +75,7 @@ pub(super) fn bound(
     }
     let [bx, by, _] = bounds.dims;
     let end = DVec3::from(listed.dims.map(|n| n as f64 - 0.5));
-    bounds.ranges.par_iter_mut().enumerate().try_for_each(|(i, range)| {
+    parallel::try_each(bounds.ranges.iter_mut().enumerate(), |(i, range)| {
         if ticket.is_cancelled() {
             return Err(GpuError::Cancelled);
         }

@@ -1,8 +1,6 @@
 //! What it costs to draw bricks of a field from means of its samples, as a transfer function shows them.
 
-use rayon::prelude::*;
-
-use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Cancelled, Ticket, mapped};
 use crate::transfer::Cumulative;
 use crate::volume::{Scalar, ScalarVolume};
 use crate::with_samples;
@@ -96,25 +94,21 @@ impl BrickErrors {
             found
         };
         let mut errors = vec![[0.0; LEVELS]; bricks.iter().product()];
-        let found: Result<Vec<Vec<[f32; LEVELS]>>, Cancelled> = with_samples!(&*volume.samples, values => {
-            asked
-                .par_chunks(AT_ONCE)
-                .map(|some| {
-                    ticket.checkpoint(0, 1)?;
-                    Ok(some.iter().map(|&brick| {
-                        let mut samples = [0.0_f32; IN_BRICK];
-                        let mut has_holes = false;
-                        for_each_sample(place(brick, bricks), dims, |i, at| {
-                            let value = Scalar::to_f64(values[at]);
-                            has_holes |= value.is_nan();
-                            samples[i] = looks.stored(value);
-                        });
-                        if has_holes { [f32::INFINITY; LEVELS] } else { of_brick(brick, &samples) }
-                    }).collect())
-                })
-                .collect()
-        });
-        for (&brick, found) in asked.iter().zip(found?.iter().flatten()) {
+        let found = with_samples!(&*volume.samples, values => {
+            let of_brick = |i: usize| {
+                let brick = asked[i];
+                let mut samples = [0.0_f32; IN_BRICK];
+                let mut has_holes = false;
+                for_each_sample(place(brick, bricks), dims, |i, at| {
+                    let value = Scalar::to_f64(values[at]);
+                    has_holes |= value.is_nan();
+                    samples[i] = looks.stored(value);
+                });
+                if has_holes { [f32::INFINITY; LEVELS] } else { of_brick(brick, &samples) }
+            };
+            mapped(asked.len(), AT_ONCE, of_brick, ticket)
+        })?;
+        for (&brick, found) in asked.iter().zip(found) {
             errors[brick as usize] = found.map(|e| if e.is_nan() { f32::INFINITY } else { e });
         }
         Ok(Self { errors })

@@ -4,10 +4,9 @@
 //! of them goes to memory, and what level 4 is made of. Bricks in which nothing can show stay as they
 //! were allocated.
 
-use rayon::prelude::*;
-
 use super::pyramid::{ActiveCounts, ErrorMeasure, Node, PyramidLevel};
 use super::sums::{Sums, Voxel, effective_extinction};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
 use crate::volume::{BRICK, Scalar, ScalarVolume, Statistics};
@@ -60,7 +59,7 @@ pub(super) fn finest<T: Scalar>(
     let dims = volume.lattice.dims;
     // Exact for types that have an entry a code.
     let of_code = match volume.samples.scalar_type().size_bytes() <= 2 {
-        true => table.entries.par_iter().map(|&e| Voxel::new(e, voxel_depth)).collect(),
+        true => table.entries.iter().map(|&e| Voxel::new(e, voxel_depth)).collect(),
         false => Vec::new(),
     };
     let by_value = measure == ErrorMeasure::Scalar;
@@ -77,21 +76,18 @@ pub(super) fn finest<T: Scalar>(
     let rows = rows_of_bricks(&mut levels, &mut sums, volume.bricks.dims);
     let count = rows.len() as u64;
     let empty_counts = || ActiveCounts { total: 0, per_slice: dims.map(|n| vec![0; n]) };
-    let active = rows
-        .into_par_iter()
-        .enumerate()
-        .try_fold(empty_counts, |mut counts, (i, mut row)| {
-            ticket.checkpoint(i as u64, count)?;
-            row.fill(&classifier, values, &mut counts);
-            Ok(counts)
-        })
-        .try_reduce(empty_counts, |mut a, b| {
-            a.total += b.total;
-            for (a, b) in a.per_slice.iter_mut().zip(b.per_slice) {
-                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-            }
-            Ok(a)
-        })?;
+    let fill = |counts: &mut ActiveCounts, (i, mut row): (usize, BrickRow<'_>)| {
+        ticket.checkpoint(i as u64, count)?;
+        row.fill(&classifier, values, counts);
+        Ok::<(), Cancelled>(())
+    };
+    let add = |a: &mut ActiveCounts, b: ActiveCounts| {
+        a.total += b.total;
+        for (a, b) in a.per_slice.iter_mut().zip(b.per_slice) {
+            parallel::add_up(a, b);
+        }
+    };
+    let active = parallel::try_summed(rows.into_iter().enumerate(), empty_counts, fill, add)?;
     Ok(Finest { levels, sums, active })
 }
 

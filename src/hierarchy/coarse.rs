@@ -13,11 +13,12 @@
 //! There is no histogram a brick to do this from: sums over the voxels take no memory, are right for
 //! every type of value, and as quick as the picture needs.
 
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::bricks::part_of_range;
 use super::pyramid::ErrorMeasure;
 use super::sums::{Sums, Voxel};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
 use crate::volume::{BRICK, Scalar, ScalarVolume};
@@ -44,7 +45,7 @@ pub(super) fn coarse<T: Scalar>(
     let (dims, bricks) = (volume.lattice.dims, &volume.bricks);
     // After them that of NaN.
     let no_data = table.entries.len();
-    let entries = table.entries.par_iter().chain(rayon::iter::once(&table.no_data));
+    let entries = table.entries.iter().chain([&table.no_data]);
     let of_entry: Vec<Lanes> =
         entries.map(|&entry| lanes(&Voxel::new(entry, voxel_depth))).collect();
     let is_coded = volume.samples.scalar_type().size_bytes() <= 2;
@@ -92,21 +93,17 @@ pub(super) fn coarse<T: Scalar>(
     };
     let mut sums = vec![Sums::default(); bricks.dims.iter().product()];
     let row = bricks.dims[0];
-    let active = sums
-        .par_chunks_mut(row)
-        .enumerate()
-        .map(|(i, sums)| {
-            ticket.checkpoint(0, 1)?;
-            let mut active = 0;
-            for (x, sums) in sums.iter_mut().enumerate() {
-                let theirs;
-                (*sums, theirs) = brick(i * row + x);
-                active += theirs;
-            }
-            Ok(active)
-        })
-        .try_reduce(|| 0, |a, b| Ok(a + b))?;
-    Ok((sums, active))
+    let active = AtomicU64::new(0);
+    parallel::try_each(sums.chunks_mut(row).enumerate(), |(i, sums)| {
+        ticket.checkpoint(0, 1)?;
+        for (x, sums) in sums.iter_mut().enumerate() {
+            let theirs;
+            (*sums, theirs) = brick(i * row + x);
+            active.fetch_add(theirs, Ordering::Relaxed);
+        }
+        Ok::<(), Cancelled>(())
+    })?;
+    Ok((sums, active.into_inner()))
 }
 
 fn lanes(voxel: &Voxel) -> Lanes {

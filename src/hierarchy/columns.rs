@@ -2,9 +2,8 @@
 //!
 //! [`ErrorMeasure::OpticalDepth`]: super::ErrorMeasure::OpticalDepth
 
-use rayon::prelude::*;
-
 use super::pyramid::PyramidLevel;
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
 use crate::volume::{Scalar, ScalarVolume};
@@ -70,7 +69,7 @@ impl Grid {
     ) -> Result<(), Cancelled> {
         let [nx, ny, _] = level.dims;
         let edge = f64::from(1_u32 << (self.level - 1));
-        level.nodes.par_chunks_mut(nx * ny).enumerate().try_for_each(|(z, nodes)| {
+        parallel::try_each(level.nodes.chunks_mut(nx * ny).enumerate(), |(z, nodes)| {
             if ticket.is_cancelled() {
                 return Err(Cancelled);
             }

@@ -1,6 +1,6 @@
 //! Where a reconstructed field cannot show, so that rays can leap over it.
 
-use rayon::prelude::*;
+use crate::core::parallel;
 
 /// Edge of a brick, voxels.
 pub const EMPTY_BRICK: usize = 4;
@@ -11,7 +11,7 @@ pub const MOST_DISTANCE: u8 = 32;
 /// those themselves, at most [`MOST_DISTANCE`]. x fastest.
 pub fn distances([nx, ny, nz]: [usize; 3], shows: impl Fn(usize) -> bool + Sync) -> Vec<u8> {
     let of = |brick| if shows(brick) { 0 } else { MOST_DISTANCE };
-    let mut distances: Vec<u8> = (0..nx * ny * nz).into_par_iter().map(of).collect();
+    let mut distances = parallel::list(nx * ny * nz, of);
     // The box of a distance is the product of its three intervals, so one sweep up and down
     // along each axis in turn would give the city-block distance; taking at each place the
     // least, over the axis, of the greater of what is there and how far it is, gives this one.
@@ -26,14 +26,14 @@ pub fn widen(distances: &mut [u8], further: usize) {
     if further > 0 {
         let further = u8::try_from(further).unwrap_or(u8::MAX);
         // Those at the greatest distance may be further off, but not surely.
-        distances.par_iter_mut().for_each(|d| *d = d.saturating_sub(further));
+        distances.iter_mut().for_each(|d| *d = d.saturating_sub(further));
     }
 }
 
 /// dᵢ ← min over j of max(dⱼ, |i − j|) along every line of an axis.
 fn spread(distances: &mut [u8], stride: usize, n: usize) {
     let block = stride * n;
-    distances.par_chunks_mut(block).for_each(|block| {
+    parallel::each(distances.chunks_mut(block), |block| {
         let mut line = vec![0_u8; n];
         for start in 0..stride {
             for (i, d) in line.iter_mut().enumerate() {

@@ -3,9 +3,8 @@
 //! As in the classified pyramid, level 0 is the volume itself and is not stored, and a node of level
 //! L stands for the 2^L voxels along each axis that really exist.
 
-use rayon::prelude::*;
-
 use crate::core::memory::{self, TooLarge};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::volume::{Scalar, ScalarVolume};
 use crate::with_samples;
@@ -210,7 +209,7 @@ fn filled(
             Some(Layer { mean, spread, low, high, count, exact })
         })
         .collect();
-    layers.into_par_iter().enumerate().try_for_each(|(z, mut layer)| {
+    parallel::try_each(layers.into_iter().enumerate(), |(z, mut layer)| {
         if ticket.is_cancelled() {
             return Err(Cancelled);
         }

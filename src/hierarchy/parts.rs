@@ -1,10 +1,9 @@
 //! A pyramid whose finest levels are merged elsewhere, rows of bricks at a time.
 
-use rayon::prelude::*;
-
 use super::bricks::{LEVELS, level_dims};
 use super::pyramid::{ActiveCounts, ErrorMeasure, Node, Pyramid, PyramidError, PyramidLevel};
 use super::sums::Sums;
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
 use crate::volume::{BRICK, ScalarVolume};
@@ -142,7 +141,8 @@ impl PyramidParts {
         ticket: &Ticket,
     ) -> Result<Pyramid, Cancelled> {
         if self.is_coarse {
-            self.levels[LEVELS - 1].nodes = self.sums.par_iter().map(|s| s.node(0)).collect();
+            self.levels[LEVELS - 1].nodes =
+                parallel::list(self.sums.len(), |i| self.sums[i].node(0));
         }
         let finest_level = if self.is_coarse { LEVELS } else { 0 };
         let finest = Pyramid::of_finest(

@@ -3,7 +3,7 @@
 //! Level 0 is the volume itself and is not stored. A node of level L covers the 2^L voxels along
 //! each axis that really exist: odd sizes make smaller border nodes, never phantom voxels.
 
-use rayon::prelude::*;
+use std::convert::Infallible;
 
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +14,7 @@ use super::sums::Sums;
 use super::thinning::Thinning;
 use crate::core::memory::{self, TooLarge};
 use crate::core::names;
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
 use crate::volume::{BRICK, ScalarVolume};
@@ -184,7 +185,7 @@ impl Pyramid {
         })?;
         let mut levels: Vec<PyramidLevel> =
             all[..LEVELS].iter().map(|&dims| PyramidLevel { dims, nodes: Vec::new() }).collect();
-        levels[LEVELS - 1].nodes = sums.par_iter().map(|sums| sums.node(0)).collect();
+        levels[LEVELS - 1].nodes = parallel::list(sums.len(), |i| sums[i].node(0));
         let active = ActiveCounts { total, ..ActiveCounts::default() };
         let finest = Self::of_finest((dims, LEVELS, levels), measure, voxel_depth, active);
         Ok(finest.completed(volume, table, sums, ticket)?)
@@ -236,9 +237,9 @@ impl Pyramid {
     /// Voxels in bricks that can show, about: what [`Pyramid::build`] has to classify.
     pub fn visible_voxels(volume: &ScalarVolume, table: &Table) -> u64 {
         let bricks = &volume.bricks;
-        let shows = |(i, range): &(usize, &[f64; 2])| table.shows(**range, bricks.has_holes(*i));
-        let count = bricks.ranges.par_iter().enumerate().filter(shows).count();
-        count as u64 * (BRICK as u64).pow(3)
+        let shows = |i: usize| u64::from(table.shows(bricks.ranges[i], bricks.has_holes(i)));
+        let count = parallel::merged(bricks.ranges.len(), || 0, shows, |a, b| a + b);
+        count * (BRICK as u64).pow(3)
     }
 
     /// Whether there is every level, and every voxel is counted.
@@ -312,30 +313,16 @@ fn error_bin(error: f32, greatest: f32) -> usize {
 
 fn gains(levels: &[PyramidLevel]) -> Vec<u64> {
     let greatest = greatest_error(levels);
-    levels
-        .iter()
-        .map(|level| {
-            level
-                .nodes
-                .par_chunks(1 << 16)
-                .fold(
-                    || vec![0_u64; GAIN_BINS],
-                    |mut bins, nodes| {
-                        for node in nodes.iter().filter(|n| n.active_children > 1) {
-                            bins[error_bin(node.error, greatest)] +=
-                                u64::from(node.active_children) - 1;
-                        }
-                        bins
-                    },
-                )
-                .reduce(|| vec![0; GAIN_BINS], add)
-        })
-        .fold(vec![0; GAIN_BINS], add)
-}
-
-fn add(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
-    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-    a
+    let parts: Vec<&[Node]> = levels.iter().flat_map(|level| level.nodes.chunks(1 << 16)).collect();
+    let count = |bins: &mut Vec<u64>, nodes: &[Node]| {
+        for node in nodes.iter().filter(|n| n.active_children > 1) {
+            bins[error_bin(node.error, greatest)] += u64::from(node.active_children) - 1;
+        }
+        Ok::<(), Infallible>(())
+    };
+    let Ok(gains) =
+        parallel::try_summed(parts.into_iter(), || vec![0; GAIN_BINS], count, parallel::add_up);
+    gains
 }
 
 /// The level above one, and its sums.
@@ -357,7 +344,7 @@ fn next_level(
         let (sums, active) = Sums::parent(children, child_depth, edge);
         (sums.node(active), sums)
     };
-    let (nodes, sums) = (0..coarse.iter().product()).into_par_iter().map(parent).unzip();
+    let (nodes, sums) = parallel::list(coarse.iter().product(), parent).into_iter().unzip();
     (PyramidLevel { dims: coarse, nodes }, sums)
 }
 

@@ -6,10 +6,9 @@
 //! should hide is known along the axes of the lattice: the mean over all columns of voxels, from border to
 //! border. Cuts of a few sizes are laid over the same columns, and one factor of all extinctions of a cut makes both means equal.
 
-use rayon::prelude::*;
-
 use super::cut::{Cut, CutLimits, CutNode, Visibility, VisitOrder};
 use super::pyramid::Pyramid;
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::transfer::Table;
 use crate::volume::cover::{Cover, Map, PAD, REACH, across};
@@ -54,16 +53,13 @@ impl Thinning {
         let dims = volume.lattice.dims;
         let voxels = (0..3).map(|axis| spread(&columns[axis], dims, axis));
         let hidden = Cover::of(voxels, depth).hidden(1.0);
-        let mut steps: Vec<[f32; 2]> = COUNTS
-            .into_par_iter()
-            .map(|count| {
-                ticket.checkpoint(1, 1)?;
-                let max_error = pyramid.error_for_count(count);
-                let cut = whole_cut(pyramid, max_error, volume, table);
-                let bins = Cover::of((0..3).map(|axis| laid_over(&cut, dims, axis)), depth);
-                Ok([mean_level(&cut), bins.factor(hidden)])
-            })
-            .collect::<Result<_, _>>()?;
+        let mut steps: Vec<[f32; 2]> = parallel::try_list(COUNTS.len(), |i| {
+            ticket.checkpoint(1, 1)?;
+            let max_error = pyramid.error_for_count(COUNTS[i]);
+            let cut = whole_cut(pyramid, max_error, volume, table);
+            let bins = Cover::of((0..3).map(|axis| laid_over(&cut, dims, axis)), depth);
+            Ok::<_, Cancelled>([mean_level(&cut), bins.factor(hidden)])
+        })?;
         if pyramid.is_whole() {
             let max_error = pyramid.error_for_count(AS_THEY_ARE);
             steps.push([mean_level(&whole_cut(pyramid, max_error, volume, table)), 1.0]);
@@ -117,10 +113,8 @@ fn columns<T: Scalar>(
 ) -> Result<[Vec<f32>; 3], Cancelled> {
     let [nx, ny, nz] = volume.lattice.dims;
     let bricks = &volume.bricks;
-    let shows: Vec<bool> = (0..bricks.ranges.len())
-        .into_par_iter()
-        .map(|i| table.shows(bricks.ranges[i], bricks.has_holes(i)))
-        .collect();
+    let shows =
+        parallel::list(bricks.ranges.len(), |i| table.shows(bricks.ranges[i], bricks.has_holes(i)));
     let is_coded = volume.samples.scalar_type().size_bytes() <= 2;
     #[expect(clippy::cast_possible_truncation, reason = "whole, where it is asked for")]
     let first_code = table.coordinate.offset as i64;
@@ -136,41 +130,36 @@ fn columns<T: Scalar>(
     let mut along = [vec![0.0; ny * nz], vec![0.0; nx * nz], Vec::new()];
     let [along_x, along_y, _] = &mut along;
     let empty = || vec![0.0_f32; nx * ny];
-    let layers = along_x.par_chunks_mut(ny * BRICK).zip(along_y.par_chunks_mut(nx * BRICK));
-    let along_z = layers
-        .enumerate()
-        .try_fold(empty, |mut along_z, (bz, (along_x, along_y))| {
-            ticket.checkpoint(1, 1)?;
-            for z in bz * BRICK..((bz + 1) * BRICK).min(nz) {
-                let along_x = &mut along_x[z % BRICK * ny..][..ny];
-                let along_y = &mut along_y[z % BRICK * nx..][..nx];
-                for y in 0..ny {
-                    let bricks_before = (bz * bricks.dims[1] + y / BRICK) * bricks.dims[0];
-                    let row = &values[(z * ny + y) * nx..][..nx];
-                    for (bx, run) in row.chunks(BRICK).enumerate() {
-                        if !shows[bricks_before + bx] {
-                            continue;
-                        }
-                        let own = &mut along_z[y * nx + bx * BRICK..][..run.len()];
-                        let across = &mut along_y[bx * BRICK..][..run.len()];
-                        let mut sum = 0.0;
-                        for ((&value, z), y) in run.iter().zip(own).zip(across) {
-                            let extinction = extinction(value);
-                            *z += extinction;
-                            *y += extinction;
-                            sum += extinction;
-                        }
-                        along_x[y] += sum;
+    let layers = along_x.chunks_mut(ny * BRICK).zip(along_y.chunks_mut(nx * BRICK));
+    type Layer<'a> = (usize, (&'a mut [f32], &'a mut [f32]));
+    let add = |along_z: &mut Vec<f32>, (bz, (along_x, along_y)): Layer<'_>| {
+        ticket.checkpoint(1, 1)?;
+        for z in bz * BRICK..((bz + 1) * BRICK).min(nz) {
+            let along_x = &mut along_x[z % BRICK * ny..][..ny];
+            let along_y = &mut along_y[z % BRICK * nx..][..nx];
+            for y in 0..ny {
+                let bricks_before = (bz * bricks.dims[1] + y / BRICK) * bricks.dims[0];
+                let row = &values[(z * ny + y) * nx..][..nx];
+                for (bx, run) in row.chunks(BRICK).enumerate() {
+                    if !shows[bricks_before + bx] {
+                        continue;
                     }
+                    let own = &mut along_z[y * nx + bx * BRICK..][..run.len()];
+                    let across = &mut along_y[bx * BRICK..][..run.len()];
+                    let mut sum = 0.0;
+                    for ((&value, z), y) in run.iter().zip(own).zip(across) {
+                        let extinction = extinction(value);
+                        *z += extinction;
+                        *y += extinction;
+                        sum += extinction;
+                    }
+                    along_x[y] += sum;
                 }
             }
-            Ok(along_z)
-        })
-        .try_reduce(empty, |mut a, b| {
-            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-            Ok(a)
-        })?;
-    along[2] = along_z;
+        }
+        Ok::<(), Cancelled>(())
+    };
+    along[2] = parallel::try_summed(layers.enumerate(), empty, add, parallel::add_up)?;
     Ok(along)
 }
 

@@ -4,11 +4,11 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::bytes::{no_samples, reserve_samples};
 use super::error::{Problem, unsupported};
 use crate::core::Cancelled;
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::volume::{Association, Field, Lattice, Samples};
 use crate::with_samples;
@@ -248,7 +248,7 @@ pub(super) fn activate(fields: &mut [Field], active: &[(Association, String)]) {
 /// Triples of numbers as world positions.
 pub(super) fn positions(triples: &Samples) -> Arc<[DVec3]> {
     let place = |i: usize| DVec3::from_array([0, 1, 2].map(|axis| triples.get(3 * i + axis)));
-    (0..triples.len() / 3).into_par_iter().map(place).collect()
+    parallel::list(triples.len() / 3, place).into()
 }
 
 #[cfg(test)]

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::cells::{Cells, Finder};
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 
 /// The cells of an unstructured grid.
@@ -65,10 +65,7 @@ fn overlapping(cells: &Arc<Cells>, ticket: &Ticket) -> Result<usize, Cancelled> 
 
 /// Volumes summed up in a fixed order.
 fn total_volume(cells: &Cells) -> f64 {
-    let volumes: Vec<f64> = (0..cells.solids().len())
-        .into_par_iter()
-        .map(|solid| cells.placed(solid).volume())
-        .collect();
+    let volumes = parallel::list(cells.solids().len(), |solid| cells.placed(solid).volume());
     // An empty sum is -0.
     volumes.into_iter().sum::<f64>() + 0.0
 }

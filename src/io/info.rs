@@ -3,12 +3,12 @@
 use std::fmt;
 
 use glam::DVec3;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::cells_info::CellsInfo;
 use super::error::plain;
 use super::{Facts, Opened, Series};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::core::{Srgb8, counted};
 use crate::rbf::four_digits;
@@ -151,8 +151,9 @@ fn magnitude_max(field: &Field) -> Option<f64> {
         let squares = (0..n).map(|c| samples.get(n * i + c).powi(2));
         squares.sum::<f64>().sqrt()
     };
-    let lengths = (0..samples.len() / n).into_par_iter().map(length);
-    lengths.filter(|length| length.is_finite()).reduce_with(f64::max)
+    let greatest = |a: f64, b: f64| if b.is_finite() { a.max(b) } else { a };
+    let most = parallel::merged(samples.len() / n, || f64::NEG_INFINITY, length, greatest);
+    most.is_finite().then_some(most)
 }
 
 /// Looks at every sample once.

@@ -1,9 +1,8 @@
 //! Stored numbers to what they stand for: slope × stored + intercept.
 
-use rayon::prelude::*;
-
 use super::bytes::{no_samples, reserve_samples};
 use super::error::Problem;
+use crate::core::parallel;
 use crate::volume::{Samples, ScalarType};
 
 /// Whole numbers beyond this are not exact among 64-bit floats.
@@ -27,9 +26,12 @@ pub(super) fn kept_type(samples: &Samples, slope: f64, intercept: f64) -> Scalar
     let stored = samples.scalar_type();
     let is_whole = |number: f64| number.fract() == 0.0;
     if stored.is_integer() && is_whole(slope) && is_whole(intercept) {
-        let ends = (0..samples.len()).into_par_iter().map(|i| (samples.get(i), samples.get(i)));
-        let ends =
-            ends.reduce(|| (f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let ends = parallel::merged(
+            samples.len(),
+            || (f64::INFINITY, f64::NEG_INFINITY),
+            |i| (samples.get(i), samples.get(i)),
+            |a, b| (a.0.min(b.0), a.1.max(b.1)),
+        );
         let [a, b] = [ends.0, ends.1].map(|end| end * slope + intercept);
         let (low, high) = (a.min(b), a.max(b));
         let candidates =
@@ -98,15 +100,14 @@ pub(super) fn converted(
     Ok(made)
 }
 
-/// Compiled for each type that is made, and not for each that is read or each `value`, too: a thousand parallel loops took a
-/// third of the time that the program takes to compile.
+/// Compiled for each type that is made, and not for each that is read or each `value`, too.
 fn extend<T: Send>(
     to: &mut Vec<T>,
     from: &Samples,
     value: &(dyn Fn(f64) -> f64 + Sync),
     narrow: impl Fn(f64) -> T + Sync,
 ) {
-    to.par_extend((0..from.len()).into_par_iter().map(|i| narrow(value(from.get(i)))));
+    parallel::extend(to, from.len(), |i| narrow(value(from.get(i))));
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Bounds of a reconstructed field, brick by brick: where nothing can show, no ray asks.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
+use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket};
 
 /// Edge of a brick, cells between samples.
@@ -77,39 +77,37 @@ impl Bounds {
         let [bx, by, bz] = bricks;
         // Along x, row by row, so that only the first pass sees every sample.
         let mut rows = vec![[0.0_f32; 2]; bx * ny * nz];
-        rows.par_chunks_mut(bx * ny).zip(values.par_chunks(nx * ny)).try_for_each(
-            |(out, plane)| {
-                ticket.look()?;
-                let mut line = Vec::new();
-                for (out, row) in out.chunks_mut(bx).zip(plane.chunks(nx)) {
-                    for (b, range) in out.iter_mut().enumerate() {
-                        *range = bound(&mut line, &mut asked(0, b).map(|x| [row[x]; 2]));
-                    }
+        let planes = rows.chunks_mut(bx * ny).zip(values.chunks(nx * ny));
+        parallel::try_each(planes, |(out, plane)| {
+            ticket.look()?;
+            let mut line = Vec::new();
+            for (out, row) in out.chunks_mut(bx).zip(plane.chunks(nx)) {
+                for (b, range) in out.iter_mut().enumerate() {
+                    *range = bound(&mut line, &mut asked(0, b).map(|x| [row[x]; 2]));
                 }
-                Ok(())
-            },
-        )?;
+            }
+            Ok::<(), Cancelled>(())
+        })?;
         let mut layers = vec![[0.0_f32; 2]; bx * by * nz];
-        layers.par_chunks_mut(bx * by).zip(rows.par_chunks(bx * ny)).try_for_each(
-            |(out, rows)| {
-                ticket.look()?;
-                let mut line = Vec::new();
-                for (i, range) in out.iter_mut().enumerate() {
-                    let of = |y: usize| rows[y * bx + i % bx];
-                    *range = bound(&mut line, &mut asked(1, i / bx).map(of));
-                }
-                Ok(())
-            },
-        )?;
+        let planes = layers.chunks_mut(bx * by).zip(rows.chunks(bx * ny));
+        parallel::try_each(planes, |(out, rows)| {
+            ticket.look()?;
+            let mut line = Vec::new();
+            for (i, range) in out.iter_mut().enumerate() {
+                let of = |y: usize| rows[y * bx + i % bx];
+                *range = bound(&mut line, &mut asked(1, i / bx).map(of));
+            }
+            Ok::<(), Cancelled>(())
+        })?;
         let mut ranges = vec![[0.0_f32; 2]; bx * by * bz];
-        ranges.par_chunks_mut(bx * by).enumerate().try_for_each(|(b, out)| {
+        parallel::try_each(ranges.chunks_mut(bx * by).enumerate(), |(b, out)| {
             ticket.look()?;
             let mut line = Vec::new();
             for (i, range) in out.iter_mut().enumerate() {
                 let of = |z: usize| layers[z * bx * by + i];
                 *range = bound(&mut line, &mut asked(2, b).map(of));
             }
-            Ok(())
+            Ok::<(), Cancelled>(())
         })?;
         ticket.checkpoint(1, 1)?;
         Ok(Self { dims: bricks, ranges })

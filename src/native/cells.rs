@@ -1,9 +1,8 @@
 //! Which of many things may touch each part of a picture.
 
-use rayon::prelude::*;
-
 use super::in_order::look;
 use super::rays::TILE;
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 
 /// Things that are looked at between two looks at the ticket.
@@ -55,7 +54,7 @@ impl Cells {
         let mut lists = vec![Vec::new(); across * down];
         // Each thread has a band of rows to itself.
         let band = down.div_ceil(4 * rayon::current_num_threads()).max(1);
-        lists.par_chunks_mut((band * across).max(1)).enumerate().for_each(|(i, lists)| {
+        parallel::each(lists.chunks_mut((band * across).max(1)).enumerate(), |(i, lists)| {
             let first = (i * band) as u32;
             let end = first + (lists.len() / across) as u32;
             for (number, Span { columns, rows }) in (0_u32..).zip(spans) {

@@ -1,12 +1,12 @@
 //! Sums of basis functions in index space, eight rays at a time, at places anywhere (`rbf` has the definition).
 
 use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*};
-use rayon::prelude::*;
 
 use super::bricks::ends;
 use super::in_order::look;
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose, exponential};
 use super::lattice::NOTHING;
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket, mapped};
 use crate::kernel::Bounds;
 use crate::rbf::{Basis, Blend, Encoding, Function, LeftOut, Limits, Listed};
@@ -137,7 +137,7 @@ impl Functions {
         let [nx, ny, nz] = self.listed.dims;
         let level = Level::new();
         let mut values = vec![0.0_f32; nx * ny * nz];
-        values.par_chunks_mut(nx).enumerate().try_for_each(|(i, row)| {
+        parallel::try_each(values.chunks_mut(nx).enumerate(), |(i, row)| {
             if ticket.is_cancelled() {
                 return Err(Cancelled);
             }
@@ -167,14 +167,12 @@ impl Functions {
             return bounds.set_to_boxes(self.listed.boxes(), (-1.0, 0.0), NOTHING, ticket);
         }
         let dims = self.listed.dims;
-        let slacks: Result<Vec<f64>, Cancelled> = (0..bounds.ranges.len())
-            .into_par_iter()
-            .map(|brick| {
+        let slacks: Result<Vec<f64>, Cancelled> =
+            parallel::try_list(bounds.ranges.len(), |brick| {
                 look(ticket)?;
                 let [low, high] = ends(bounds, brick, dims);
                 Ok(self.listed.slack(low, high))
-            })
-            .collect();
+            });
         for ([low, high], slack) in bounds.ranges.iter_mut().zip(slacks?) {
             #[expect(clippy::cast_possible_truncation, reason = "rounded up")]
             let slack = (slack as f32).next_up();

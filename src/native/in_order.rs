@@ -1,7 +1,6 @@
 //! Kernels of lists in the order in which rays come to them.
 
-use rayon::prelude::*;
-
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 
 /// Things between two looks at a ticket.
@@ -68,7 +67,7 @@ pub(super) fn taken<T: Sync, U: Send>(
     let mut made = Vec::with_capacity(order.len());
     for piece in order.chunks(PIECE) {
         look(ticket)?;
-        made.par_extend(piece.par_iter().with_min_len(1 << 10).map(|&i| take(&list[i as usize])));
+        parallel::extend(&mut made, piece.len(), |i| take(&list[piece[i] as usize]));
     }
     Ok(made)
 }

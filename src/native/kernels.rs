@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::cells::{Cells, Span, middle_of, touches};
 use super::in_order::{by_first_slab, look, taken};
 use super::marks::MarkTable;
+use crate::core::parallel;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::kernel::{
     FootprintPolynomial, ProjectedKernel, RadialKernel, SlabShare, perspective_jacobian,
@@ -156,8 +156,8 @@ impl Kernels {
             for first in (0..splats.list.len()).step_by(A_PART) {
                 look(ticket)?;
                 let some = first..(first + A_PART).min(splats.list.len());
-                let some = some.into_par_iter().with_min_len(1 << 8);
-                all.par_extend(some.filter_map(|k| seen.lands(k, slab, back_to_front)));
+                let lands = |k: usize| seen.lands(some.start + k, slab, back_to_front);
+                all.extend(parallel::list(some.len(), lands).into_iter().flatten());
             }
         }
         // Sums are the same on any machine: their order is.

@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::in_order::look;
 use super::rays::{Rays, TILE};
 use super::sums::Asked;
 use super::supports::{NotBegun, Unsupported};
 use crate::core::Ticket;
+use crate::core::parallel;
 
 /// The most entries that the lists of a picture have: more take seconds for each picture.
 const MOST_ENTRIES: u64 = 1 << 26;
@@ -76,13 +76,14 @@ impl Landed {
         let mut places = Vec::new();
         for (i, some) in extents.chunks(A_PART).enumerate() {
             look(ticket)?;
-            places.par_extend(some.par_iter().enumerate().filter_map(|(at, extent)| {
+            let place = |at: usize| {
                 let number = (i * A_PART + at) as u32;
-                extent.and_then(|extent| Place::of(number, extent, (rays, depths)))
-            }));
+                some[at].and_then(|extent| Place::of(number, extent, (rays, depths)))
+            };
+            places.extend(parallel::list(some.len(), place).into_iter().flatten());
         }
         let [on_tiles, on_blocks] = [[TILE; 2], BLOCK]
-            .map(|part| places.par_iter().map(|place| place.parts(part)).sum::<u64>());
+            .map(|part| places.iter().map(|place| place.parts(part)).sum::<u64>());
         let is_of_blocks = on_blocks <= BLOCKS_OVER_TILES * on_tiles;
         let (part, count) = if is_of_blocks { (BLOCK, on_blocks) } else { ([TILE; 2], on_tiles) };
         let across = rays.size[0].div_ceil(part[0]) as usize;
@@ -100,7 +101,8 @@ impl Landed {
         let band = down.div_ceil(4 * rayon::current_num_threads()).max(1);
         let rows = |i: usize| (i * band) as u32..((i + 1) * band).min(down) as u32;
         let mut starts = vec![0_usize; across * down + 1];
-        starts[1..].par_chunks_mut((band * across).max(1)).enumerate().for_each(|(i, counts)| {
+        let counts = starts[1..].chunks_mut((band * across).max(1));
+        parallel::each(counts.enumerate(), |(i, counts)| {
             let rows = rows(i);
             // A list of all is long where cells lie on each other.
             for some in places.chunks(A_FEW).take_while(|_| !ticket.is_cancelled()) {
@@ -124,7 +126,7 @@ impl Landed {
                 (start..end, band)
             })
             .collect();
-        bands.into_par_iter().for_each(|(rows, entries)| {
+        parallel::each(bands.into_iter(), |(rows, entries)| {
             let first = rows.start as usize * across;
             let begin = starts[first];
             let mut next: Vec<usize> = starts[first..first + rows.len() * across].to_vec();

@@ -3,12 +3,12 @@
 use std::sync::{Arc, OnceLock};
 
 use fearless_simd::{Simd, f32x4, i32x8, prelude::*};
-use rayon::prelude::*;
 
 use super::bricks::{self, BRICK};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use super::own::Own;
 use super::weights::{self, natural};
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket, mapped};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
 use crate::rbf::Limits;
@@ -131,7 +131,8 @@ impl Lattice {
         let place: [Vec<usize>; 3] =
             [0, 1, 2].map(|a| (0..dims[a] + 2 * pad).map(|i| mirrored(i, pad, dims[a])).collect());
         let mut stored = vec![0.0_f32; sx * sy * sz + SLACK];
-        stored[..sx * sy * sz].par_chunks_mut(sx * sy).enumerate().try_for_each(|(z, plane)| {
+        let planes = stored[..sx * sy * sz].chunks_mut(sx * sy);
+        parallel::try_each(planes.enumerate(), |(z, plane)| {
             if ticket.is_cancelled() {
                 return Err(Cancelled);
             }

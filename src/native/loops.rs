@@ -23,9 +23,10 @@ pub(super) enum What<'a> {
     Alone(Alone<'a>),
 }
 
-/// Whether cuts of a field are drawn with the instructions of a level: each loop takes its time to compile, and where
-/// these are narrow a cut gains less.
-pub(super) fn draws_cuts(level: Level) -> bool {
+/// Whether there are loops of their own for cuts of a field, and for plain pictures, with the instructions of a level. Each loop
+/// takes its time to compile, and where these are narrow they gain less: there are no cuts there, and loops with effects draw
+/// plain pictures, too.
+pub(super) fn has_all(level: Level) -> bool {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     return level.as_avx2().is_some();
     #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
@@ -39,8 +40,8 @@ pub(super) fn draws_cuts(level: Level) -> bool {
 type DrawsSlabs = fn(Level, &Scene<'_>, usize, &mut [Pixel]) -> u64;
 
 /// The loop of slabs of a field, and its name.
-fn of_slabs(scene: &Scene<'_>) -> (&'static str, DrawsSlabs) {
-    let (method, is_plain) = (scene.lattice.method(), scene.is_plain());
+fn of_slabs(level: Level, scene: &Scene<'_>) -> (&'static str, DrawsSlabs) {
+    let (method, is_plain) = (scene.lattice.method(), scene.is_plain() && has_all(level));
     if scene.levels.is_some() {
         return match (method, is_plain) {
             (Method::BSpline, true) => ("a cut of B-splines, plain", plain_cut_bspline::draw),
@@ -68,12 +69,12 @@ fn of_slabs(scene: &Scene<'_>) -> (&'static str, DrawsSlabs) {
 impl What<'_> {
     /// The name of the loop that draws it, for people and statistics. A plain one has nothing of effects in it: lights,
     /// tables, surfaces, kernels of lists, samples without data, and the rarer rules of compositing.
-    pub(super) fn loop_name(&self) -> &'static str {
+    pub(super) fn loop_name(&self, level: Level) -> &'static str {
         match self {
             Self::Alone(_) => "lists alone",
             Self::Splatted(_) => "kernels shaded first",
             Self::Values(..) => "values along rays",
-            Self::Slabs(scene) => of_slabs(scene).0,
+            Self::Slabs(scene) => of_slabs(level, scene).0,
         }
     }
 }
@@ -84,12 +85,12 @@ pub(super) fn draw_tile(level: Level, what: &What<'_>, tile: usize, out: &mut [P
         What::Alone(alone) => of_lists::draw(level, alone, tile, out),
         What::Splatted(splatted) => shaded_first::draw(level, splatted, tile, out),
         What::Values(scene, along) => along_rays::draw(level, &(scene, *along), tile, out),
-        What::Slabs(scene) => of_slabs(scene).1(level, scene, tile, out),
+        What::Slabs(scene) => of_slabs(level, scene).1(level, scene, tile, out),
     }
 }
 
 /// A loop: with AVX2 where the level has it, and else with what this kind of processor has at least; `wide` ones are drawn
-/// with AVX2 alone where there are processors with and without it ([`draws_cuts`]).
+/// with AVX2 alone where there are processors with and without it ([`has_all`]).
 macro_rules! compiled {
     (wide $name:ident($what:ident: $kind:ty) => |$simd:ident, $tile:ident, $out:ident| $draw:expr) => {
         compiled!(@module $name($what: $kind) => |$simd, $tile, $out| $draw, {
@@ -156,31 +157,31 @@ macro_rules! compiled {
     };
 }
 
-compiled!(plain_bspline(scene: &Scene<'_>) => |simd, tile, out| {
+compiled!(wide plain_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Plain, by::BSpline>(simd, tile, out)
 });
 compiled!(rich_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich, by::BSpline>(simd, tile, out)
 });
-compiled!(plain_linear(scene: &Scene<'_>) => |simd, tile, out| {
+compiled!(wide plain_linear(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Plain, by::Linear>(simd, tile, out)
 });
 compiled!(rich_linear(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich, by::Linear>(simd, tile, out)
 });
-compiled!(plain_other(scene: &Scene<'_>) => |simd, tile, out| {
+compiled!(wide plain_other(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Plain, by::Other>(simd, tile, out)
 });
 compiled!(rich_other(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich, by::Other>(simd, tile, out)
 });
-compiled!(plain_functions(scene: &Scene<'_>) => |simd, tile, out| {
+compiled!(wide plain_functions(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Plain, by::Functions>(simd, tile, out)
 });
 compiled!(rich_functions(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich, by::Functions>(simd, tile, out)
 });
-compiled!(plain_cells(scene: &Scene<'_>) => |simd, tile, out| {
+compiled!(wide plain_cells(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Plain, by::Cells>(simd, tile, out)
 });
 compiled!(rich_cells(scene: &Scene<'_>) => |simd, tile, out| {

@@ -1,10 +1,9 @@
 //! At which depths anything can show in each part of a picture.
 
-use rayon::prelude::*;
-
 use super::bricks::ends;
 use super::in_order::look;
 use super::rays::{Rays, TILE};
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::Bounds;
 
@@ -40,16 +39,11 @@ impl Masks {
     ) -> Result<Self, Cancelled> {
         let [across, down] = patches(rays).map(|n| n as usize);
         let mut masks = Self { words: vec![0; across * down], across, first: 0, length: 1 };
-        let landed: Result<Vec<Landed>, Cancelled> = visible
-            .par_iter()
-            .map(|&brick| look(ticket).map(|()| Landed::of(rays, bricks, dims, brick)))
-            .collect();
-        let landed = landed?;
-        let Some((first, last)) = landed
-            .par_iter()
-            .map(|l| (l.slabs[0], l.slabs[1]))
-            .reduce_with(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-        else {
+        let landed = parallel::try_list(visible.len(), |i| {
+            look(ticket).map(|()| Landed::of(rays, bricks, dims, visible[i]))
+        })?;
+        let slabs = landed.iter().map(|landed| landed.slabs);
+        let Some([first, last]) = slabs.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]) else {
             return Ok(masks);
         };
         masks.first = first;
@@ -57,7 +51,7 @@ impl Masks {
         // Each thread has a band of rows to itself.
         let band = down.div_ceil(4 * rayon::current_num_threads()).max(1);
         let (first, length) = (masks.first, masks.length);
-        masks.words.par_chunks_mut(band * across).enumerate().for_each(|(i, words)| {
+        parallel::each(masks.words.chunks_mut(band * across).enumerate(), |(i, words)| {
             let rows = i * band..i * band + words.len() / across;
             for (number, Landed { left, right, top, bottom, slabs }) in landed.iter().enumerate() {
                 if number.is_multiple_of(BETWEEN_LOOKS) && ticket.is_cancelled() {

@@ -5,7 +5,6 @@
 
 use fearless_simd::{Simd, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::cells::{Cells, Span, middle_of, touches};
 use super::grid::{NEAR, POINT_TIE, Part, Shape};
@@ -16,6 +15,7 @@ use super::rays::{Packet, slab_thickness};
 use super::samples::SampleLook;
 use super::supports::{NotBegun, Unsupported};
 use crate::core::Ticket;
+use crate::core::parallel;
 use crate::kernel::{
     FootprintPolynomial, Kernel, ProjectedKernel, RadialKernel, SlabShare, perspective_jacobian,
 };
@@ -117,8 +117,8 @@ impl Nodes {
         let mut all = Vec::new();
         for some in nodes.chunks(A_PART) {
             look(ticket)?;
-            let found = some.par_iter().with_min_len(1 << 8);
-            all.par_extend(found.filter_map(|node| seen.lands(node)));
+            let lands = parallel::list(some.len(), |i| seen.lands(&some[i]));
+            all.extend(lands.into_iter().flatten());
         }
         if !seen.back_to_front {
             all.reverse();

@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use fearless_simd::Level;
-use rayon::prelude::*;
 
 use super::composite::Rule;
 use super::grid::Grid;
@@ -14,7 +13,7 @@ use super::kernels::{Kernels, MOST_SLABS};
 use super::lattice::Lattice;
 use super::levels::Levels;
 use super::light::Light;
-use super::loops::{What, draw_tile, draws_cuts};
+use super::loops::{What, draw_tile, has_all};
 use super::masks::Masks;
 use super::nodes::{Node, Nodes};
 use super::own::{Own, OwnLanded};
@@ -30,6 +29,7 @@ use super::table::Table;
 use super::threads::Threads;
 use super::walk::{Pixel, Scene};
 use crate::core::colour::srgb_encoder;
+use crate::core::parallel;
 use crate::core::{Cancelled, LinearRgb, Ticket};
 use crate::kernel::{Coefficients, Kernel};
 use crate::plan::{COARSER, FieldCut, KernelSlabs, Plan, SlabField};
@@ -262,7 +262,7 @@ impl Renderer {
 
     /// Whether it draws cuts of fields, by the instructions that it has; else it draws all of a field in their place.
     pub fn draws_cuts(&self) -> bool {
-        draws_cuts(self.level)
+        has_all(self.level)
     }
 
     /// Takes in the means of a volume, for cuts of its fields.
@@ -643,8 +643,8 @@ impl Renderer {
             Of::Nothing if kernels.is_none() && polygons.is_none() => return Ok(tiles.end),
             Of::Nothing => What::Alone(Alone { rays, kernels, polygons, rule }),
         };
-        self.loop_name = Some(what.loop_name());
         let level = self.level;
+        self.loop_name = Some(what.loop_name(level));
         let capped = AtomicU64::new(0);
         let first = tiles.start as usize;
         let pixels = &mut pixels[first * TILE_PIXELS..tiles.end as usize * TILE_PIXELS];
@@ -720,7 +720,7 @@ impl Renderer {
         let across = width.div_ceil(tile);
         let mut made = vec![T::default(); width * height];
         self.threads.run(|| {
-            made.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+            parallel::each(made.chunks_mut(width.max(1)).enumerate(), |(y, row)| {
                 for (i, part) in row.chunks_mut(tile).enumerate() {
                     let start = ((y / tile) * across + i) * TILE_PIXELS + y % tile * tile;
                     for (made, pixel) in part.iter_mut().zip(&pixels[start..]) {

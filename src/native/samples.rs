@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::lanes::{LANES, Lanes, Look, Vec3};
 use super::light::{Light, ValueScale};
 use super::table::Halves;
+use crate::core::parallel;
 use crate::core::{Camera, Cancelled, Ticket, mapped};
 use crate::plan::Plan;
 use crate::scene::{OpacityModel, Shading, View};
@@ -147,8 +147,8 @@ impl Samples {
         while *filled < with_looks.len() {
             ticket.look()?;
             let some = *filled..(*filled + piece).min(with_looks.len());
-            let own = looks[some.clone()].par_iter_mut().zip(&with_looks[some.clone()]);
-            own.for_each(|(looks, brick)| fill(looks, *brick));
+            let own = looks[some.clone()].iter_mut().zip(&with_looks[some.clone()]);
+            parallel::each(own, |(looks, brick)| fill(looks, *brick));
             *filled = some.end;
         }
         *filling = None;

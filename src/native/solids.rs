@@ -4,7 +4,6 @@ use std::sync::{Arc, OnceLock};
 
 use fearless_simd::{Simd, i32x8, prelude::*};
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::functions::Left;
 use super::in_order::look;
@@ -16,6 +15,7 @@ use super::sums::Asked;
 use super::supports::NotBegun;
 use super::window::Here;
 use crate::cells::{self, CellField, Kind, Listed, On, Placed, Rim};
+use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket, mapped};
 use crate::kernel::Bounds;
 use crate::volume::Lattice;
@@ -169,8 +169,7 @@ impl Solids {
         for (part, own) in cells.solids().chunks(A_PART).enumerate() {
             look(ticket)?;
             let first = part * A_PART;
-            let all = own.par_iter().enumerate().map(|(i, solid)| made((first + i, solid)));
-            for one in all.collect::<Vec<_>>() {
+            for one in parallel::list(own.len(), |i| made((first + i, &own[i]))) {
                 solids.push(match one {
                     Made::Nothing => Solid::Nothing,
                     Made::Straight(own) => {

@@ -2,11 +2,11 @@
 //! a time (`transfer::Cumulative` has the definition).
 
 use fearless_simd::{Simd, f32x4, i32x8, prelude::*, u32x8};
-use rayon::prelude::*;
 
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose, columns};
 use super::lattice::Lattice;
 use super::light::ValueScale;
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 use crate::transfer::Cumulative;
 
@@ -107,9 +107,9 @@ impl Table {
         for (part, ranges) in lattice.bricks.ranges.chunks(A_PART).enumerate() {
             ticket.look()?;
             let first = part * A_PART;
-            let own = ranges.par_iter().enumerate().map(|(i, range)| (first + i, *range));
-            let own = own.filter(|(brick, range)| shows(*brick, *range));
-            visible.par_extend(own.map(|(brick, _)| brick as u32));
+            let shown = parallel::list(ranges.len(), |i| shows(first + i, ranges[i]));
+            let shown = (first..).zip(shown).filter(|(_, shows)| *shows);
+            visible.extend(shown.map(|(brick, _)| brick as u32));
         }
         Ok(Self {
             entries: cells.chain(sums).collect(),

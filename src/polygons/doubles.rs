@@ -1,7 +1,7 @@
 //! Triangles that lie exactly on others.
 
 use glam::Vec3;
-use rayon::prelude::*;
+use rayon::slice::ParallelSliceMut;
 
 /// For each triangle, whether it is the first between its three places, in whatever order it names them. Those that say the
 /// same place by other numbers are the same.

@@ -1,7 +1,7 @@
 //! Normals that are smooth across blunt edges and not across sharp ones.
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
+use rayon::slice::ParallelSliceMut;
 
 /// Edges at which triangles are turned by less than this are smooth.
 pub const SOFT_DEGREES: f32 = 30.0;

@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, SymmetricEigen};
-use rayon::prelude::*;
 
 use super::points::Points;
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 
 /// Points that lie together, and their residuals by the roots of how much they count.
@@ -110,8 +110,12 @@ pub(super) fn split_into(
         clusters.sort_by(|a, b| b.energy.total_cmp(&a.energy));
         let others = clusters.split_off(wanted);
         let chosen = std::mem::replace(&mut clusters, others);
-        let parts = chosen.into_par_iter().map(|cluster| cluster.split(points, residual));
-        for part in parts.collect::<Vec<_>>() {
+        let mut parts = Vec::new();
+        parts.resize_with(chosen.len(), || None);
+        parallel::each(chosen.into_iter().zip(&mut parts), |(cluster, part)| {
+            *part = Some(cluster.split(points, residual));
+        });
+        for part in parts.into_iter().flatten() {
             match part {
                 Ok(halves) => clusters.extend(halves),
                 Err(one) => whole.push(one),

@@ -5,7 +5,6 @@ use std::ops::ControlFlow;
 
 use glam::{DMat3, DVec3};
 use nalgebra::Matrix3;
-use rayon::prelude::*;
 
 use super::cluster::{Cluster, Spread, principal, split_into};
 use super::encoding::{Encoding, Errors};
@@ -14,6 +13,7 @@ use super::points::{Points, weighed};
 use super::refine::{Sample, Widths, refined, squared_error};
 use super::solve::{Column, least_squares};
 use crate::core::memory::{self, TooLarge};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 
 /// ε, below which a function is cut off, as a share of the error asked for.
@@ -263,7 +263,7 @@ fn fitted(
             (best, best_errors, best_cost) = (now, now_errors, now_cost);
         }
         let left = weighed(roots, &fit.residual);
-        clusters.par_iter_mut().for_each(|cluster| cluster.measure(&left));
+        parallel::each(clusters.iter_mut(), |cluster| cluster.measure(&left));
     }
 }
 
@@ -331,11 +331,11 @@ impl<'a> Fit<'a> {
         let chosen = std::mem::replace(clusters, others);
         let is_missed = |cluster: &&Cluster| cluster.worst.0 != 0.0;
         let left = weighed(self.points.roots(), &self.residual);
-        let missed = chosen.par_iter().filter(is_missed);
-        let added: Vec<Function> = missed.map(|cluster| self.placed(cluster, &left)).collect();
+        let missed: Vec<&Cluster> = chosen.iter().filter(is_missed).collect();
+        let added = parallel::list(missed.len(), |i| self.placed(missed[i], &left));
         // All of them are made anew once their weights are known.
         self.check_room(&[&self.functions[..], &added].concat())?;
-        let columns: Vec<Column> = added.par_iter().map(|function| self.column(function)).collect();
+        let columns = self.columns_of(&added);
         // Each was fitted as if it were alone. Their weights are found together, so they begin at 0.
         self.functions
             .extend(added.into_iter().map(|function| Function { weight: 0.0, ..function }));
@@ -438,13 +438,17 @@ impl<'a> Fit<'a> {
             let ranges = self.points.in_box(function.centre - half, function.centre + half);
             ranges.map(|range| range.len() as u64).sum()
         };
-        functions.par_iter().map(of_one).sum()
+        parallel::list(functions.len(), |i| of_one(&functions[i])).iter().sum()
     }
 
     /// Refuses functions whose columns have no room.
     fn check_room(&self, functions: &[Function]) -> Result<(), TooLarge> {
         let needed = self.most_entries(functions).saturating_mul(BYTES_AN_ENTRY);
         memory::require("the functions' values at the samples", needed, self.free_bytes)
+    }
+
+    fn columns_of(&self, functions: &[Function]) -> Vec<Column> {
+        parallel::list(functions.len(), |i| self.column(&functions[i]))
     }
 
     /// A function's values at the samples that it reaches.
@@ -482,14 +486,14 @@ impl<'a> Fit<'a> {
             .into_iter()
             .filter(|f| basis.reach_square(f.weight, epsilon).is_some())
             .collect();
-        self.columns = self.functions.par_iter().map(|function| self.column(function)).collect();
+        self.columns = self.columns_of(&self.functions);
         self.measure();
     }
 
     /// Functions and a bias that were there before.
     fn restore(&mut self, (functions, bias): (Vec<Function>, f64)) {
         (self.functions, self.bias) = (functions, bias);
-        self.columns = self.functions.par_iter().map(|function| self.column(function)).collect();
+        self.columns = self.columns_of(&self.functions);
         self.measure();
     }
 
@@ -511,15 +515,11 @@ impl<'a> Fit<'a> {
         while !waiting.is_empty() {
             let (batch, rest) = apart(&self.functions, &waiting);
             let fit = &*self;
-            let found: Vec<(usize, Function, Column)> = batch
-                .into_par_iter()
-                .map(|index| {
-                    let own = fit.functions[index];
-                    let function =
-                        refined(fit.goal.basis, own, &fit.places(&own, true), fit.widths);
-                    (index, function, fit.column(&function))
-                })
-                .collect();
+            let found = parallel::list(batch.len(), |i| {
+                let own = fit.functions[batch[i]];
+                let function = refined(fit.goal.basis, own, &fit.places(&own, true), fit.widths);
+                (batch[i], function, fit.column(&function))
+            });
             for (index, function, column) in found {
                 self.exchange(index, function, column);
             }

@@ -4,12 +4,12 @@ use std::fmt;
 use std::sync::OnceLock;
 
 use glam::{BVec3, DVec3};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::function::{Basis, Function};
 use super::points::Points;
 use crate::core::Looks;
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 
 /// A cell that more functions reach is split.
@@ -59,11 +59,12 @@ impl Errors {
         let count = differences.len().max(1) as f64;
         // Parts are summed in their order, so that every run and any number of threads gives the same bits.
         let sum = |of: fn(&f64) -> f64| -> f64 {
-            let parts = differences.par_chunks(A_PART).map(|part| part.iter().map(of).sum());
-            parts.collect::<Vec<f64>>().iter().sum()
+            let parts: Vec<&[f64]> = differences.chunks(A_PART).collect();
+            let sums = parallel::list(parts.len(), |part| parts[part].iter().map(of).sum::<f64>());
+            sums.iter().sum()
         };
         Self {
-            max: differences.par_iter().map(|d| d.abs()).reduce(|| 0.0, f64::max),
+            max: differences.iter().map(|d| d.abs()).fold(0.0, f64::max),
             mean: sum(|d| d.abs()) / count,
             rms: (sum(|d| d * d) / count).sqrt(),
         }
@@ -223,7 +224,8 @@ impl Encoding {
             let near = self.near(at).iter().map(|i| *i as usize);
             near.map(|i| terms[i] * self.phi(i, at)).sum()
         };
-        let greatest = self.functions.par_iter().map(at_centre).reduce(|| 0.0, f64::max);
+        let at_centre = |i: usize| at_centre(&self.functions[i]);
+        let greatest = parallel::merged(self.functions.len(), || 0.0, at_centre, f64::max);
         greatest * f64::from(f32::EPSILON)
     }
 
@@ -295,16 +297,12 @@ impl Encoding {
     /// # Errors
     /// [`Cancelled`].
     pub fn values(&self, places: &[DVec3], ticket: &Ticket) -> Result<Vec<f64>, Cancelled> {
-        let parts: Result<Vec<Vec<f64>>, Cancelled> = places
-            .par_chunks(A_PART)
-            .map(|places| {
-                if ticket.is_cancelled() {
-                    return Err(Cancelled);
-                }
-                Ok(places.iter().map(|at| self.value(*at)).collect())
-            })
-            .collect();
-        Ok(parts?.concat())
+        parallel::try_list(places.len(), |i| {
+            match i.is_multiple_of(A_PART) && ticket.is_cancelled() {
+                true => Err(Cancelled),
+                false => Ok(self.value(places[i])),
+            }
+        })
     }
 
     /// How far it is from samples.
@@ -404,29 +402,25 @@ impl Encoding {
         // Roberts' sequence fills a box evenly, whatever the number of places.
         let root = 1.220_744_084_6_f64;
         let steps = DVec3::new(root.recip(), root.powi(-2), root.powi(-3));
-        let parts: Result<Vec<Vec<f64>>, Cancelled> = (0..MEASURED / MEASURED_AT_ONCE)
-            .into_par_iter()
-            .map(|part| {
-                let first = part * MEASURED_AT_ONCE;
-                let places = (first..first + MEASURED_AT_ONCE).map(|i| {
-                    let share = (0.5 + steps * i as f64).fract();
-                    low + (high - low) * share
-                });
-                let places: Vec<DVec3> = places.collect();
-                let mut sums = vec![0.0; places.len()];
-                let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
-                let square = |i: &usize| {
-                    looks.after(1)?;
-                    let weight = self.functions[*i].weight;
-                    for (sum, at) in sums.iter_mut().zip(&places) {
-                        *sum += weight * self.phi(*i, *at);
-                    }
-                    Ok(sums.iter().map(|sum| sum * sum).sum::<f64>())
-                };
-                order.iter().map(square).collect()
-            })
-            .collect();
-        let parts = parts?;
+        let parts = parallel::try_list(MEASURED / MEASURED_AT_ONCE, |part| {
+            let first = part * MEASURED_AT_ONCE;
+            let places = (first..first + MEASURED_AT_ONCE).map(|i| {
+                let share = (0.5 + steps * i as f64).fract();
+                low + (high - low) * share
+            });
+            let places: Vec<DVec3> = places.collect();
+            let mut sums = vec![0.0; places.len()];
+            let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
+            let square = |i: &usize| {
+                looks.after(1)?;
+                let weight = self.functions[*i].weight;
+                for (sum, at) in sums.iter_mut().zip(&places) {
+                    *sum += weight * self.phi(*i, *at);
+                }
+                Ok(sums.iter().map(|sum| sum * sum).sum::<f64>())
+            };
+            order.iter().map(square).collect::<Result<Vec<f64>, Cancelled>>()
+        })?;
         // In their order, so that any number of threads gives the same bits.
         let mean = |i: usize| parts.iter().map(|part| part[i]).sum::<f64>() / MEASURED as f64;
         Ok((0..order.len()).map(mean).collect())

@@ -3,10 +3,10 @@
 use std::ops::RangeInclusive;
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::encoding::{Blend, Encoding};
 use super::function::{Basis, Function};
+use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket};
 
 /// Cells along an axis, at most: more would gain nothing, since functions reach across many of them.
@@ -145,13 +145,10 @@ impl Listed {
         if longest as usize <= most || self.blend == Blend::Mean {
             return Ok(self);
         }
-        let cells: Result<Vec<Limited>, Cancelled> = (0..self.starts.len() - 1)
-            .into_par_iter()
-            .map(|cell| match ticket.is_cancelled() {
-                true => Err(Cancelled),
-                false => Ok(self.limited_cell(cell, most, corrects)),
-            })
-            .collect();
+        let cells = parallel::try_list(self.starts.len() - 1, |cell| match ticket.is_cancelled() {
+            true => Err(Cancelled),
+            false => Ok(self.limited_cell(cell, most, corrects)),
+        });
         let (mut starts, mut lists) = (vec![0_u32], Vec::new());
         let (mut corners, mut off) = (Vec::new(), Vec::new());
         for cell in cells? {

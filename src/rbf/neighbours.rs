@@ -4,12 +4,13 @@ use std::cmp::Ordering;
 
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, SymmetricEigen};
-use rayon::prelude::*;
+use rayon::slice::ParallelSliceMut;
 use rstar::primitives::GeomWithData;
 use rstar::{PointDistance, RTree};
 
 use super::encoding::Encoding;
 use super::function::Function;
+use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket};
 
 /// Neighbours that tell how a sample's ellipsoid lies: those of a cubic lattice along its axes and its faces' diagonals.
@@ -54,17 +55,15 @@ impl Encoding {
         let places = samples.iter().enumerate();
         let places = places.map(|(i, (at, _))| Place::new(at.to_array(), i)).collect();
         let tree = RTree::bulk_load(places);
-        let parts: Result<Vec<Vec<Function>>, Cancelled> = samples
-            .par_chunks(A_PART)
-            .map(|part| {
-                let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
-                let function = |(at, value): &(DVec3, f64)| {
-                    looks.after(1)?;
-                    Ok(Function::about(*at, shape_at(*at, &tree), value - bias))
-                };
-                part.iter().map(function).collect()
-            })
-            .collect();
+        let parts: Vec<&[(DVec3, f64)]> = samples.chunks(A_PART).collect();
+        let parts = parallel::try_list(parts.len(), |part| {
+            let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
+            let function = |(at, value): &(DVec3, f64)| {
+                looks.after(1)?;
+                Ok(Function::about(*at, shape_at(*at, &tree), value - bias))
+            };
+            parts[part].iter().map(function).collect::<Result<Vec<Function>, Cancelled>>()
+        });
         Ok(Self::mean(bias, REACH, parts?.concat()))
     }
 
@@ -135,7 +134,7 @@ pub fn log_densities(points: &[DVec3]) -> Vec<f64> {
             _ => 0.0,
         }
     };
-    points.par_iter().map(density).collect()
+    parallel::list(points.len(), |i| density(&points[i]))
 }
 
 /// About how far neighbours lie apart at each of some points, which are finite: the step of a cubic lattice whose 18th nearest
@@ -143,7 +142,7 @@ pub fn log_densities(points: &[DVec3]) -> Vec<f64> {
 pub(super) fn spacings(points: &[DVec3]) -> Vec<f64> {
     let radii = Radii::of(points);
     let step = |at: &DVec3| radii.at(*at).unwrap_or_default() / std::f64::consts::SQRT_2;
-    points.par_iter().map(step).collect()
+    parallel::list(points.len(), |i| step(&points[i]))
 }
 
 /// How far the 18th nearest other place lies from each, or the farthest of fewer; 0 of a place alone.
@@ -161,13 +160,14 @@ impl Radii {
         let tree = RTree::bulk_load(places.collect());
         // In the order of the tree what is looked at one after the other lies side by side, in space and in memory.
         let in_order: Vec<&Place> = tree.iter().collect();
-        let parts = in_order.par_chunks(A_PART).map(|part| {
+        let parts: Vec<&[&Place]> = in_order.chunks(A_PART).collect();
+        let parts = parallel::list(parts.len(), |part| {
             let mut guess = f64::NAN;
             let radius = |place: &&Place| (place.data, radius_of_nearest(&tree, place, &mut guess));
-            part.iter().map(radius).collect::<Vec<_>>()
+            parts[part].iter().map(radius).collect::<Vec<_>>()
         });
         let mut radii = vec![0.0; unique.len()];
-        for (i, radius) in parts.collect::<Vec<_>>().concat() {
+        for (i, radius) in parts.concat() {
             radii[i] = radius;
         }
         Self { unique, radii }

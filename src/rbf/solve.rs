@@ -1,8 +1,7 @@
 //! Weights by stable least squares.
 
-use rayon::prelude::*;
-
 use super::points::weighed;
+use crate::core::parallel;
 
 /// Columns are summed in so many parts side by side, and these in their order: the same bits by any number of threads.
 const PARTS: usize = 4;
@@ -47,7 +46,7 @@ pub(super) fn least_squares(
 ) -> Vec<f64> {
     const MOST_TURNS: usize = 40;
     const ENOUGH: f64 = 1e-5;
-    let scales: Vec<f64> = columns.par_iter().map(|column| inverse(column.norm(roots))).collect();
+    let scales = parallel::list(columns.len(), |i| inverse(columns[i].norm(roots)));
     let all = match roots {
         [] => residual.len() as f64,
         roots => roots.iter().map(|root| root * root).sum(),
@@ -55,25 +54,22 @@ pub(super) fn least_squares(
     let constant = inverse(all.sqrt());
     let transposed = |u: &[f64]| -> Vec<f64> {
         let u = weighed(roots, u);
-        let of_columns =
-            columns.par_iter().zip(&scales).map(|(column, scale)| column.dot(&u) * scale);
-        let mut all: Vec<f64> = of_columns.collect();
+        let mut all = parallel::list(columns.len(), |i| columns[i].dot(&u) * scales[i]);
         all.push(u.iter().sum::<f64>() * constant);
         all
     };
     let times = |v: &[f64]| -> Vec<f64> {
         let share = columns.len().div_ceil(PARTS).max(1);
-        let parts =
-            columns.par_chunks(share).zip(scales.par_chunks(share)).zip(v.par_chunks(share));
-        let sums = parts.map(|((columns, scales), v)| {
+        let sums = parallel::list(columns.len().div_ceil(share), |part| {
             let mut sum = vec![0.0; residual.len()];
-            for ((column, scale), v) in columns.iter().zip(scales).zip(v) {
-                column.add_to(&mut sum, v * scale);
+            let own = part * share..((part + 1) * share).min(columns.len());
+            for i in own {
+                columns[i].add_to(&mut sum, v[i] * scales[i]);
             }
             sum
         });
         let mut sum = vec![0.0; residual.len()];
-        for part in sums.collect::<Vec<_>>() {
+        for part in sums {
             sum.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part);
         }
         let last = v.last().copied().unwrap_or_default() * constant;

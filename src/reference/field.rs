@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::cells::Cells;
 use super::sources::Line;
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::kernel::{Kernel, RadialKernel};
 use crate::rbf::{Encoding, Limits, Listed};
@@ -192,8 +192,7 @@ impl Field {
     pub(super) fn new(volume: &ScalarVolume, shape: Shape, reconstruction: Reconstruction) -> Self {
         let dims = volume.lattice.dims;
         let samples = &volume.samples;
-        let mut values: Vec<f64> =
-            (0..samples.len()).into_par_iter().map(|i| samples.get(i)).collect();
+        let mut values = parallel::list(samples.len(), |i| samples.get(i));
         let holes = fill_holes(&mut values, dims);
         if reconstruction == Reconstruction::Interpolating {
             match shape {
@@ -245,12 +244,9 @@ impl Field {
             bricks,
             ranges,
         };
-        field.ranges = (0..bricks.iter().product())
-            .into_par_iter()
-            .map(|b| {
-                field.range([b % bricks[0], b / bricks[0] % bricks[1], b / (bricks[0] * bricks[1])])
-            })
-            .collect();
+        field.ranges = parallel::list(bricks.iter().product(), |b| {
+            field.range([b % bricks[0], b / bricks[0] % bricks[1], b / (bricks[0] * bricks[1])])
+        });
         field
     }
 
@@ -501,7 +497,7 @@ fn prefilter(values: &mut [f64], dims: [usize; 3]) {
             continue;
         }
         // A block holds `stride` interleaved lines.
-        values.par_chunks_mut(n * stride).for_each(|block| {
+        parallel::each(values.chunks_mut(n * stride), |block| {
             let mut line = vec![0.0; n];
             for first in 0..stride {
                 line.iter_mut().enumerate().for_each(|(i, v)| *v = 6.0 * block[first + i * stride]);
@@ -547,17 +543,16 @@ fn sharpen(values: &mut Vec<f64>, dims: [usize; 3], kernel: RadialKernel) {
     let total: f64 = stencil.iter().map(|(_, h)| h).sum();
     let samples = values.clone();
     for _ in 0..SWEEPS {
-        let before = values.clone();
-        values.par_iter_mut().enumerate().for_each(|(i, value)| {
+        *values = parallel::list(values.len(), |i| {
             let at = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
             let smoothed: f64 = stencil
                 .iter()
                 .map(|(step, h)| {
                     let [x, y, z] = [0, 1, 2].map(|a| mirrored(at[a] as i64 + step[a], dims[a]));
-                    h * before[(z * dims[1] + y) * dims[0] + x]
+                    h * values[(z * dims[1] + y) * dims[0] + x]
                 })
                 .sum();
-            *value += samples[i] - smoothed / total;
+            values[i] + (samples[i] - smoothed / total)
         });
     }
 }

@@ -9,9 +9,9 @@ use std::f64::consts::{PI, TAU};
 use std::sync::OnceLock;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::line;
+use crate::core::parallel;
 use crate::kernel::{Kernel, RadialKernel};
 use crate::vector::{Design, FORESHORTENINGS, MARK_COLUMNS, MARK_SIDE, PHASES};
 
@@ -42,8 +42,9 @@ impl Pictures {
     }
 
     fn new(design: Design) -> Self {
-        let pictures = (0..MARK_COLUMNS * PHASES).into_par_iter();
-        let largest = pictures.flat_map_iter(|i| drawn(design, i / PHASES, i % PHASES)).collect();
+        let picture =
+            |i: usize| drawn(design, i / PHASES, i % PHASES).into_iter().collect::<Vec<_>>();
+        let largest = parallel::list(MARK_COLUMNS * PHASES, picture).concat();
         let mut all = Self { texels: vec![largest], lost: Vec::new() };
         for level in 1..LEVELS {
             let width = MARK_SIDE >> (level - 1);
@@ -66,10 +67,8 @@ impl Pictures {
             (place, line::radial(kernel, beside, DVec3::Z, line::ENDLESS))
         });
         let places: Vec<_> = places.filter(|(_, window)| *window > 0.0).collect();
-        let columns = |level| {
-            let columns = (0..MARK_COLUMNS).into_par_iter();
-            columns.map(|column| all.lost(level, column, &places)).collect()
-        };
+        let columns =
+            |level| parallel::list(MARK_COLUMNS, |column| all.lost(level, column, &places));
         all.lost = (0..LEVELS).map(columns).collect();
         all
     }

@@ -1,11 +1,11 @@
 //! Splats as meshes of triangles (Laur–Hanrahan §2): barycentric coordinates at every pixel.
 
 use glam::{DMat3, DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::RefKernel;
 use super::picture::View;
 use crate::core::Camera;
+use crate::core::parallel;
 use crate::kernel::{RadialKernel, SplatMesh};
 use crate::scene::OpacityModel;
 use crate::transfer::TRANSMITTANCE_FLOOR;
@@ -47,7 +47,8 @@ impl Meshes {
     ) -> Self {
         let view = View::new(camera, size);
         let splat = |k: &RefKernel| Splat::new(k, &mesh, shape, &view, (model, unit));
-        let splats: Vec<Splat> = kernels.par_iter().filter_map(splat).collect();
+        let splats = parallel::list(kernels.len(), |i| splat(&kernels[i]));
+        let splats: Vec<Splat> = splats.into_iter().flatten().collect();
         let mut rows = vec![Vec::new(); size[1]];
         for (i, splat) in splats.iter().enumerate() {
             rows[splat.rows[0]..splat.rows[1]].iter_mut().for_each(|row| row.push(i));

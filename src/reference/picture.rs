@@ -1,11 +1,11 @@
 //! *Composite every sample* (Westover §3.5): each kernel's optical depth, laid over what is behind.
 
 use glam::{DMat3, DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::RefKernel;
 use super::line;
 use crate::core::Camera;
+use crate::core::parallel;
 use crate::kernel::{Kernel, RadialKernel};
 
 /// Pixels before an edge that a point already counts to the pixel behind it.
@@ -40,14 +40,15 @@ pub fn every_sample(
     let [width, height] = size;
     let view = View::new(camera, size);
     let shape = RadialKernel::new(kernel, extent);
-    let splats: Vec<Splat> =
-        kernels.par_iter().map(|k| Splat::new(k, kernel, shape, &view, rays)).collect();
+    let splats =
+        parallel::list(kernels.len(), |i| Splat::new(&kernels[i], kernel, shape, &view, rays));
     let mut rows: Vec<Vec<usize>> = vec![Vec::new(); height];
     for (i, splat) in splats.iter().enumerate() {
         rows[splat.rows[0]..splat.rows[1]].iter_mut().for_each(|row| row.push(i));
     }
     let mut picture = vec![[0.0; 4]; width * height];
-    picture.par_chunks_mut(width.max(1)).zip(rows).enumerate().for_each(|(y, (pixels, row))| {
+    let rows = picture.chunks_mut(width.max(1)).zip(rows);
+    parallel::each(rows.enumerate(), |(y, (pixels, row))| {
         for i in row {
             let (splat, kernel) = (&splats[i], &kernels[i]);
             let [left, right] = splat.columns;

@@ -1,7 +1,6 @@
 //! A scene's picture by its own mode, or as what the mode converges to.
 
 use glam::DVec2;
-use rayon::prelude::*;
 
 use super::RefKernel;
 use super::classes::Classes;
@@ -20,6 +19,7 @@ use super::sources::{GridKernels, Hit, Line, ListKernels};
 use super::truth;
 use super::vectors::{Vectors, merged};
 use crate::core::Camera;
+use crate::core::parallel;
 use crate::kernel::{Kernel, RadialKernel, SplatMesh};
 use crate::scene::{Classify, ModeError, OpacityModel, Order, Scene, SplatSettings, Visibility};
 use crate::transfer::TRANSMITTANCE_FLOOR;
@@ -232,14 +232,14 @@ impl Reference {
 
     /// Several pixels, in parallel.
     pub fn pixels(&self, pixels: &[[usize; 2]]) -> Vec<[f64; 4]> {
-        pixels.par_iter().map(|&pixel| self.pixel(pixel)).collect()
+        parallel::list(pixels.len(), |i| self.pixel(pixels[i]))
     }
 
     /// Every pixel, top row first. For small pictures.
     pub fn picture(&self) -> Vec<[f64; 4]> {
         let [width, height] = self.size;
         let pixel = |i: usize| self.pixel([i % width, i / width]);
-        (0..width * height).into_par_iter().map(pixel).collect()
+        parallel::list(width * height, pixel)
     }
 
     /// One ray: a pixel of the finer picture.

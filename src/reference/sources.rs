@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::RefKernel;
 use super::classes::Classes;
@@ -13,6 +12,7 @@ use super::picture::{Rays, Splat, View};
 use super::quadrature::Density;
 use super::shading::SampleShader;
 use crate::core::Camera;
+use crate::core::parallel;
 use crate::kernel::{Kernel, RadialKernel};
 use crate::volume::{Lattice, Samples, ScalarVolume};
 
@@ -185,10 +185,8 @@ impl GridKernels {
             Samples::Int16(_) => Some((-32768.0, 1 << 16)),
             _ => None,
         };
-        let codes = codes.map(|(first, count)| {
-            let all = (0..count).into_par_iter();
-            (first, all.map(|i| classes.at(first + f64::from(i))).collect())
-        });
+        let codes = codes
+            .map(|(first, count)| (first, parallel::list(count, |i| classes.at(first + i as f64))));
         let (order, runs) = loops(&lattice, camera);
         let places = runs.map(|run| {
             let mut places = vec![0; run.len()];
@@ -207,14 +205,11 @@ impl GridKernels {
             order,
             places,
         };
-        grid.visible = (0..bricks.iter().product())
-            .into_par_iter()
-            .map(|b: usize| {
-                let at = [b % bricks[0], b / bricks[0] % bricks[1], b / (bricks[0] * bricks[1])];
-                let span = |a: usize| at[a] * TILE..((at[a] + 1) * TILE).min(lattice.dims[a]);
-                span(2).any(|z| span(1).any(|y| span(0).any(|x| grid.by_value([x, y, z])[0] > 0.0)))
-            })
-            .collect();
+        grid.visible = parallel::list(bricks.iter().product(), |b| {
+            let at = [b % bricks[0], b / bricks[0] % bricks[1], b / (bricks[0] * bricks[1])];
+            let span = |a: usize| at[a] * TILE..((at[a] + 1) * TILE).min(lattice.dims[a]);
+            span(2).any(|z| span(1).any(|y| span(0).any(|x| grid.by_value([x, y, z])[0] > 0.0)))
+        });
         grid
     }
 

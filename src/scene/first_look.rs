@@ -2,12 +2,12 @@
 //! opacities, whether it is lit, its mode, and from where it is seen.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::upright::told_by_matter;
 use super::{
     ByArray, Classify, Light, Lighting, NamedView, Orientation, Reconstruction, SplatSettings,
 };
+use crate::core::parallel;
 use crate::kernel::Kernel;
 use crate::transfer::{ColourMap, ColourSource, Kind, TransferFunction, presets};
 use crate::volume::{Lattice, ScalarVolume};
@@ -275,7 +275,7 @@ impl Faces {
             sums
         };
         let layers: Vec<usize> = (2..dims[2] - 2).step_by(step).collect();
-        let parts: Vec<[f64; 3]> = layers.into_par_iter().map(of_layer).collect();
+        let parts = parallel::list(layers.len(), |i| of_layer(layers[i]));
         // In order, so that the sum does not depend on the threads.
         let sums =
             parts.into_iter().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));

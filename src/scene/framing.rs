@@ -1,10 +1,10 @@
 //! The views that have names, and which way round a patient's space is.
 
 use glam::{DMat3, DQuat, DVec3};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{ClipBox, PolygonLayer, Scene, framing_camera};
+use crate::core::parallel;
 use crate::core::{Camera, names};
 use crate::polygons::Mesh;
 use crate::transfer::TransferFunction;
@@ -226,15 +226,13 @@ fn shown(
         bins
     };
     let layers: Vec<usize> = (first[2]..nz).step_by(step).collect();
-    let layers = layers.into_par_iter().map(bins_of_layer);
-    let bins = layers.reduce(
-        || vec![[0.0; 3]; BINS],
-        |mut sum, layer| {
-            let both = sum.iter_mut().flatten().zip(layer.into_iter().flatten());
-            both.for_each(|(sum, more)| *sum += more);
-            sum
-        },
-    );
+    let add = |mut sum: Vec<[f64; 3]>, layer: Vec<[f64; 3]>| {
+        let both = sum.iter_mut().flatten().zip(layer.into_iter().flatten());
+        both.for_each(|(sum, more)| *sum += more);
+        sum
+    };
+    let of_layer = |i: usize| bins_of_layer(layers[i]);
+    let bins = parallel::merged(layers.len(), || vec![[0.0; 3]; BINS], of_layer, add);
     // A sample stands for those that were left out about it, as far as the ends of the outermost one's box.
     let axes = lattice.axes();
     let ends = [0, 1, 2].map(|axis| {

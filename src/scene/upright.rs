@@ -2,9 +2,9 @@
 //! end, and patients lie on the scanner's table.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{Orientation, UpAxis};
+use crate::core::parallel;
 use crate::transfer::{Kind, TransferFunction};
 use crate::volume::{Lattice, Scalar, ScalarVolume};
 use crate::with_samples;
@@ -81,7 +81,7 @@ impl Blocks {
             lattice,
             dims,
             is_matter: ends.iter().map(is_matter).collect(),
-            opacity: (0..ends.len()).into_par_iter().map(middle).collect(),
+            opacity: parallel::list(ends.len(), middle),
         }
     }
 
@@ -211,7 +211,7 @@ fn ends_in_blocks<T: Scalar>(
         }
         ends
     };
-    (0..dims[2]).into_par_iter().flat_map_iter(of_layer).collect()
+    parallel::list(dims[2], of_layer).concat()
 }
 
 /// How far towards the last (1) or the first (−1) of its ends the centre of what lies along an axis is, from their middle.

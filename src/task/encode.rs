@@ -7,8 +7,6 @@ mod tests;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use self::judge::Judge;
 use crate::core::memory::{self, TooLarge};
 use crate::core::{Cancelled, Ticket};
@@ -227,7 +225,7 @@ fn where_it_is(
     ticket: &Ticket,
 ) -> Result<Vec<bool>, FieldError> {
     let is_whole = matches!(grid.shape, Shape::Affine | Shape::Rectilinear(_))
-        && (0..samples.len()).into_par_iter().all(|i| samples.get(i).is_finite());
+        && (0..samples.len()).all(|i| samples.get(i).is_finite());
     if is_whole {
         return Ok(Vec::new());
     }

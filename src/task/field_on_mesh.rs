@@ -4,11 +4,10 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::probe::probe_of;
 use crate::core::memory::TooLarge;
-use crate::core::{Cancelled, Ticket, counted};
+use crate::core::{Cancelled, Ticket, counted, mapped};
 use crate::polygons::{Mesh, MeshArray, MeshError, MeshValues};
 use crate::reference::Probe;
 use crate::scene::{FieldOnMesh, MeshInField, Scene};
@@ -92,16 +91,9 @@ fn on_mesh(
         )
     });
     let places = cut.places();
-    let parts: Result<Vec<Vec<f32>>, Cancelled> = places
-        .par_chunks(A_PART)
-        .map(|places| {
-            if ticket.is_cancelled() {
-                return Err(Cancelled);
-            }
-            Ok(places.iter().map(|place| value_at(probe, *place, area.finest * NUDGE)).collect())
-        })
-        .collect();
-    let array = MeshArray { name: name.to_owned(), values: MeshValues::Corners(parts?.concat()) };
+    let value = |i: usize| value_at(probe, places[i], area.finest * NUDGE);
+    let values = mapped(places.len(), A_PART, value, ticket)?;
+    let array = MeshArray { name: name.to_owned(), values: MeshValues::Corners(values) };
     let mesh = Arc::new(cut.with_arrays(vec![array])?);
     Ok(Found { values: FieldOnMesh { of, mesh }, told })
 }

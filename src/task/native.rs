@@ -10,6 +10,7 @@ use super::job::LOOK_EVERY;
 use super::previews::is_of_few_cells;
 use super::slabs::STOP_BELOW;
 use super::vectors::PictureVectors;
+use crate::core::parallel;
 use crate::core::{Cancelled, Pace, Ticket, memory};
 use crate::gpu::timing::Timer;
 use crate::gpu::{GpuError, PassTime};
@@ -20,7 +21,6 @@ use crate::scene::{Classify, SplatSettings, Visibility};
 use crate::transfer::{Table, TransferFunction};
 use crate::volume::{Scalar, ScalarVolume};
 use crate::with_samples;
-use rayon::prelude::*;
 
 /// Tiles in the first piece, before any was timed: each piece costs a thread's start, and none is waited for to its end.
 const FIRST_TILES: u32 = 1024;
@@ -272,11 +272,11 @@ impl Drawer {
         let table = Table::new(transfer, volume.samples.scalar_type());
         let count = with_samples!(&*volume.samples, values => {
             let shows = |value: &&_| table.lookup(Scalar::to_f64(**value))[3] > 0.0;
-            let some = values.par_chunks(COUNTED);
-            let some = some.map(|some| {
-                ticket.look().map(|()| some.iter().filter(shows).count() as u64)
-            });
-            some.try_reduce(|| 0, |a, b| Ok(a + b))?
+            let count = |sum: &mut u64, some: &[_]| {
+                *sum += some.iter().filter(shows).count() as u64;
+                ticket.look()
+            };
+            parallel::try_summed(values.chunks(COUNTED), || 0, count, |sum, more| *sum += more)?
         });
         self.counted = Some((Arc::clone(volume), transfer.clone(), count));
         Ok(count)

@@ -3,8 +3,6 @@
 //! A [`Sweep`] goes in steps, each of which its ticket can stop; what it has found stays, and it
 //! goes on from there. So a window runs it while nothing moves.
 
-use rayon::prelude::*;
-
 use super::engine::Engine;
 use super::still::{CONVERGED, Convergence, Refine, Still, StillError, StillRequest};
 use crate::accuracy::flip::Flip;
@@ -14,6 +12,7 @@ use crate::accuracy::sweep::{
     Measured, Point, SampledError, Setting, WholeError, candidates_of, exact_mode, front,
 };
 use crate::accuracy::{CompareError, Difference};
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 use crate::reference::{Reference, TOLERANCE};
 use crate::scene::{ModeError, Scene, SplatSettings, View};
@@ -325,8 +324,8 @@ impl Sweep {
         let Some(truth) = &self.truth else { return Ok(()) };
         let from = self.exact.len();
         let to = (from + PIXELS_A_STEP).min(self.sample.pixels.len());
-        let more: Vec<[f64; 4]> =
-            self.sample.pixels[from..to].par_iter().map(|&pixel| truth.pixel(pixel)).collect();
+        let pixels = &self.sample.pixels[from..to];
+        let more = parallel::list(pixels.len(), |i| truth.pixel(pixels[i]));
         if let Some(wild) = more.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
             return Err(CompareError::NotFinite { pixel: from + wild }.into());
         }

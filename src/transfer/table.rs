@@ -1,11 +1,11 @@
 //! A transfer function tabulated for drawing.
 
 use std::sync::LazyLock;
-
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity};
 use crate::core::colour::linear_from_srgb;
+use crate::core::parallel;
 use crate::volume::ScalarType;
 
 /// Entries of a table over a range of values that has no codes of its own.
@@ -64,11 +64,11 @@ impl Table {
     pub fn new(function: &TransferFunction, scalar_type: ScalarType) -> Self {
         let (coordinate, count) = coordinate_for(function, scalar_type);
         let mut entries = vec![[0.0; 4]; count];
-        let capped_count: usize = entries
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .map(|(chunk, entries)| fill(function, coordinate, chunk * CHUNK, entries))
-            .sum();
+        let capped_count = AtomicUsize::new(0);
+        parallel::each(entries.chunks_mut(CHUNK).enumerate(), |(chunk, entries)| {
+            let capped = fill(function, coordinate, chunk * CHUNK, entries);
+            capped_count.fetch_add(capped, Ordering::Relaxed);
+        });
         let mut maxima = vec![0.0; 2 * count];
         for (leaf, entry) in maxima[count..].iter_mut().zip(&entries) {
             *leaf = entry[3];
@@ -77,7 +77,7 @@ impl Table {
             maxima[node] = maxima[2 * node].max(maxima[2 * node + 1]);
         }
         let (capped, no_data) = no_data(function);
-        let capped_count = capped_count + usize::from(capped);
+        let capped_count = capped_count.into_inner() + usize::from(capped);
         Self { entries, coordinate, capped_count, no_data, maxima }
     }
 

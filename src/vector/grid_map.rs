@@ -1,7 +1,6 @@
 //! Index space of a grid: where its places lie in the world, between its points too.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::volume::Places;
 
@@ -127,7 +126,7 @@ impl<'a> GridMap<'a> {
             Places::Lattice(lattice) => return Some(lattice.index_from_world(world)),
             Places::Points { points, .. } => points,
         };
-        let distances = points.par_iter().map(|point| (*point - world).length_squared());
+        let distances = points.iter().map(|point| (*point - world).length_squared());
         let (nearest, _) = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let [nx, ny, _] = self.dims;
         let voxel = [nearest % nx, nearest / nx % ny, nearest / (nx * ny)];

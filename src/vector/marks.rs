@@ -7,9 +7,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket, names};
 use crate::kernel::{Kernel, RadialKernel};
 
@@ -150,8 +150,7 @@ impl Marks {
             let (column, phase) = (picture / PHASES, picture % PHASES);
             Ok(drawn(&look, &particles, column, phase as f64 / PHASES as f64))
         };
-        let pictures = (0..MARK_COLUMNS * PHASES).into_par_iter().map(picture);
-        let pictures: Vec<Vec<u8>> = pictures.collect::<Result<_, Cancelled>>()?;
+        let pictures: Vec<Vec<u8>> = parallel::try_list(MARK_COLUMNS * PHASES, picture)?;
         let blur = [0.0; MARK_COLUMNS];
         let mut levels = vec![Level { side, intensities: pictures.concat(), blur }];
         while let Some(finer) = levels.last().filter(|level| level.side > LEAST_SIDE) {
@@ -315,8 +314,8 @@ fn mark(look: &Look, x: f64, y: f64, length: f64) -> f64 {
 /// Means of two by two texels; halves are rounded up in every other one, so that means stay.
 fn halved(finer: &Level) -> Level {
     let side = finer.side / 2;
-    let pictures = finer.intensities.par_chunks_exact(finer.side * finer.side);
-    let intensities = pictures.flat_map_iter(|picture| {
+    let pictures = finer.intensities.chunks_exact(finer.side * finer.side);
+    let intensities = pictures.flat_map(|picture| {
         (0..side * side).map(move |i| {
             let (x, y) = (2 * (i % side), 2 * (i / side));
             let sum: u32 = [0, 1, finer.side, finer.side + 1]
@@ -353,30 +352,27 @@ fn blur_of(
         (at, kernel.footprint(at[0].hypot(at[1]) * kernel.radius()).powi(2))
     });
     let places: Vec<([f64; 2], f64)> = places.filter(|(_, window)| *window > 0.0).collect();
-    let columns: Result<Vec<f64>, Cancelled> = (0..MARK_COLUMNS)
-        .into_par_iter()
-        .map(|column| {
-            let round = column == FORESHORTENINGS;
-            let (mut lost, mut at_most) = (0.0, 0.0);
-            for (i, &(at, window)) in places.iter().enumerate() {
-                if i.is_multiple_of(BLUR_LOOKS) {
-                    ticket.look()?;
-                }
-                let of = |level: &Level| -> [f64; 2] {
-                    let marks: [f64; PHASES] =
-                        std::array::from_fn(|phase| bilinear(level, column, phase, at, round));
-                    // From a phase to the next, a to b, squares are (a² + ab + b²)/3 in the mean.
-                    let squares = (0..PHASES)
-                        .map(|i| marks[i] * (2.0 * marks[i] + marks[(i + 1) % PHASES]) / 3.0);
-                    [marks.iter().sum(), squares.sum()]
-                };
-                let ([sum, squares], [_, own]) = (of(level), of(finest));
-                lost += window * (own - squares);
-                at_most += window * (sum - squares);
+    let columns: Result<Vec<f64>, Cancelled> = parallel::try_list(MARK_COLUMNS, |column| {
+        let round = column == FORESHORTENINGS;
+        let (mut lost, mut at_most) = (0.0, 0.0);
+        for (i, &(at, window)) in places.iter().enumerate() {
+            if i.is_multiple_of(BLUR_LOOKS) {
+                ticket.look()?;
             }
-            Ok(if at_most > 0.0 { (lost / at_most).clamp(0.0, 1.0) } else { 0.0 })
-        })
-        .collect();
+            let of = |level: &Level| -> [f64; 2] {
+                let marks: [f64; PHASES] =
+                    std::array::from_fn(|phase| bilinear(level, column, phase, at, round));
+                // From a phase to the next, a to b, squares are (a² + ab + b²)/3 in the mean.
+                let squares = (0..PHASES)
+                    .map(|i| marks[i] * (2.0 * marks[i] + marks[(i + 1) % PHASES]) / 3.0);
+                [marks.iter().sum(), squares.sum()]
+            };
+            let ([sum, squares], [_, own]) = (of(level), of(finest));
+            lost += window * (own - squares);
+            at_most += window * (sum - squares);
+        }
+        Ok(if at_most > 0.0 { (lost / at_most).clamp(0.0, 1.0) } else { 0.0 })
+    });
     let columns = columns?;
     Ok(std::array::from_fn(|column| columns[column]))
 }

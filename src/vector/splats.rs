@@ -2,11 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::marks::unit_from_hash;
 use super::{ColourBy, VectorMode, VectorSettings};
 use crate::core::Cancelled;
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::kernel::{Kernel, RadialKernel};
 use crate::transfer::extinction_from_opacity;
@@ -96,24 +96,21 @@ impl Splats {
         let asked =
             Asked { field, settings, scalar, unit_distance, published, origin, unit, spread_out };
         let count = field.vectors.len();
-        let parts: Vec<(Vec<(Splat, u32)>, u64)> = (0..count.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                if ticket.is_cancelled() {
-                    return Err(Cancelled);
-                }
-                let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
-                let mut holes = 0;
-                let splats = range.filter_map(|index| {
-                    let found = asked.splat(index);
-                    holes += u64::from(found.is_none());
-                    #[expect(clippy::cast_possible_truncation, reason = "checked when it was read")]
-                    let index = index as u32;
-                    found.filter(|splat| splat.amount > 0.0).map(|splat| (splat, index))
-                });
-                Ok((splats.collect(), holes))
-            })
-            .collect::<Result<_, _>>()?;
+        let parts = parallel::try_list(count.div_ceil(CHUNK), |chunk| {
+            if ticket.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
+            let mut holes = 0;
+            let splats = range.filter_map(|index| {
+                let found = asked.splat(index);
+                holes += u64::from(found.is_none());
+                #[expect(clippy::cast_possible_truncation, reason = "checked when it was read")]
+                let index = index as u32;
+                found.filter(|splat| splat.amount > 0.0).map(|splat| (splat, index))
+            });
+            Ok((splats.collect::<Vec<(Splat, u32)>>(), holes))
+        })?;
         let holes = parts.iter().map(|(_, holes)| holes).sum();
         let (list, indices): (Vec<_>, Vec<_>) =
             parts.into_iter().flat_map(|(part, _)| part).unzip();

@@ -1,9 +1,8 @@
 //! How thick what lies on cells is.
 
-use rayon::prelude::*;
-
 use super::ScalarVolume;
 use crate::cells::On;
+use crate::core::parallel;
 
 /// Solids whose volume is looked at, about.
 const MOST: usize = 20_000;
@@ -36,8 +35,8 @@ impl ScalarVolume {
             });
             open.sum()
         };
-        let inner = (0..lattice.len()).into_par_iter().filter(|at| is_in(*at));
-        let faces: usize = inner.map(open_faces).sum();
+        let open_faces = |at: usize| if is_in(at) { open_faces(at) } else { 0 };
+        let faces = parallel::merged(lattice.len(), || 0, open_faces, |a, b| a + b);
         let surface = OF_FACES * faces as f64 * lattice.spacing.x * lattice.spacing.y;
         Some(2.0 * volume * every as f64 / surface / cells.cells().median_edge())
     }

@@ -4,12 +4,13 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::{Association, Component, Field, Grid, Places, Samples, VolumeError};
 use crate::cells::{CellField, Cells, On};
-use crate::core::memory;
-use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Ticket, mapped, memory};
+
+/// Samples between two looks at the ticket.
+const A_PART: usize = 1 << 15;
 
 /// What is derived of a vector and its gradient J, whose columns are ∂v/∂x, ∂v/∂y, ∂v/∂z in world space.
 fn of_gradient(component: Component, vector: DVec3, j: DMat3) -> f64 {
@@ -69,16 +70,10 @@ pub(super) fn derive(
         let index_from_world = everywhere.unwrap_or_else(|| places.at(index).1.inverse());
         of_gradient(component, vector(at), by_index * index_from_world)
     };
-    let values = (0..count).into_par_iter().with_min_len(4096).map(|index| {
-        match index % 4096 == 0 && ticket.is_cancelled() {
-            true => Err(Cancelled),
-            false => Ok(value(index)),
-        }
-    });
     Ok(match field.samples.scalar_type().size_bytes() > 4 {
-        true => Samples::Float64(values.collect::<Result<_, _>>()?),
+        true => Samples::Float64(mapped(count, A_PART, value, ticket)?),
         #[expect(clippy::cast_possible_truncation, reason = "the sources have no more digits")]
-        false => Samples::Float32(values.map(|v| v.map(|v| v as f32)).collect::<Result<_, _>>()?),
+        false => Samples::Float32(mapped(count, A_PART, |index| value(index) as f32, ticket)?),
     })
 }
 

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::derived::derive;
@@ -11,6 +10,7 @@ use super::resample::Spaced;
 use super::shape::Shape;
 use super::{Bricks, Samples, ScalarType, Scattered, Statistics, VolumeError};
 use crate::cells::{CellField, Cells};
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::core::{Srgb8, memory};
 use crate::rbf::Encoding;
@@ -478,12 +478,12 @@ fn extract(field: &Field, component: Component) -> Result<Samples, VolumeError> 
             magnitude(&tuple[..count])
         }
     };
-    let values = (0..samples.len() / n).into_par_iter().map(value);
+    let count = samples.len() / n;
     Ok(if wide {
-        Samples::Float64(values.collect())
+        Samples::Float64(parallel::list(count, value))
     } else {
         #[expect(clippy::cast_possible_truncation, reason = "the sources have 24 bits at most")]
-        Samples::Float32(values.map(|v| v as f32).collect())
+        Samples::Float32(parallel::list(count, |i| value(i) as f32))
     })
 }
 

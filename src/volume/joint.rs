@@ -1,9 +1,9 @@
 //! How values and the strengths of their gradients occur together.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{Scalar, ScalarVolume};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::with_samples;
 
@@ -69,28 +69,23 @@ impl JointHistogram {
         let bin = |share: f64, bins: usize| ((share * bins as f64) as usize).min(bins - 1);
         let step = (rows * dims[0]).div_ceil(MOST_COUNTED).max(1);
         let kept = rows.div_ceil(step);
-        let empty = || vec![0_u64; across * up];
-        let counts = (0..kept)
-            .into_par_iter()
-            .try_fold(empty, |mut counts, i| {
-                ticket.checkpoint(i as u64, kept as u64)?;
-                let row = i * step;
-                for x in 0..dims[0] {
-                    let at = [x, row % dims[1], row / dims[1]];
-                    let (value, strength) = (sample(at), strength(at));
-                    if !value.is_finite() || !strength.is_finite() {
-                        continue;
-                    }
-                    let share =
-                        if half_width > 0.0 { (value / 2.0 - min / 2.0) / half_width } else { 0.5 };
-                    counts[bin(strength / strongest, up) * across + bin(share, across)] += 1;
+        let count = |counts: &mut Vec<u64>, i: usize| {
+            ticket.checkpoint(i as u64, kept as u64)?;
+            let row = i * step;
+            for x in 0..dims[0] {
+                let at = [x, row % dims[1], row / dims[1]];
+                let (value, strength) = (sample(at), strength(at));
+                if !value.is_finite() || !strength.is_finite() {
+                    continue;
                 }
-                Ok(counts)
-            })
-            .try_reduce(empty, |mut a, b| {
-                a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-                Ok(a)
-            })?;
+                let share =
+                    if half_width > 0.0 { (value / 2.0 - min / 2.0) / half_width } else { 0.5 };
+                counts[bin(strength / strongest, up) * across + bin(share, across)] += 1;
+            }
+            Ok::<(), Cancelled>(())
+        };
+        let none = || vec![0; across * up];
+        let counts = parallel::try_summed(0..kept, none, count, parallel::add_up)?;
         Ok(Self { values: [min, max], strongest, counts })
     }
 }
@@ -103,9 +98,9 @@ fn strongest(
 ) -> f64 {
     // Spread by a step that shares no factor with the axes, as far as that can be.
     let step = (count / MEASURED).max(1) | 1;
-    let mut found: Vec<f64> =
-        (0..count).into_par_iter().step_by(step).map(strength).filter(|s| s.is_finite()).collect();
-    found.par_sort_unstable_by(f64::total_cmp);
+    let mut found = parallel::list(count.div_ceil(step), |i| strength(i * step));
+    found.retain(|strength| strength.is_finite());
+    found.sort_unstable_by(f64::total_cmp);
     let at = ((1.0 - LEFT_OUT) * found.len() as f64) as usize;
     let strongest = 1.1 * found.get(at).or(found.last()).copied().unwrap_or(0.0);
     if strongest > 0.0 && strongest.is_finite() {

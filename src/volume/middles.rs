@@ -1,7 +1,6 @@
 //! Places between samples: where what was fitted to these may be far from them.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{Association, Grid, Places, Samples, Shape};
 use crate::cells::Cells;
@@ -31,10 +30,10 @@ impl Grid {
 
 /// Numbers below a count: all of them, or `most` that lie evenly. The stride is a fraction, so that it does not follow the rows
 /// of a grid.
-fn evenly(count: usize, most: usize) -> impl ParallelIterator<Item = usize> {
+fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
     let some = count.min(most);
     let stride = count as f64 / some.max(1) as f64;
-    (0..some).into_par_iter().map(move |k| ((k as f64 * stride) as usize).min(count - 1))
+    (0..some).map(move |k| ((k as f64 * stride) as usize).min(count - 1))
 }
 
 /// Places half a step from samples along one axis or more.

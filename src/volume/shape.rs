@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::{Lattice, VolumeError};
 use crate::cells::Cells;
+use crate::core::parallel;
 
 /// Points that lie this far from a lattice's, in steps of it, lie on it: the digits that texts and
 /// 32-bit floats keep of evenly spaced points leave less.
@@ -61,7 +61,7 @@ impl Shape {
             }
             Self::Curvilinear(points) => {
                 size("the points of the grid", dims.iter().product(), points.len())?;
-                if let Some(at) = points.par_iter().position_first(|point| !point.is_finite()) {
+                if let Some(at) = points.iter().position(|point| !point.is_finite()) {
                     return Err(uneven(format!("{:?} for point {at}", points[at].to_array())));
                 }
                 let [low, high] = bounds(points);
@@ -96,7 +96,7 @@ impl Shape {
                     sum / 8.0
                 };
                 let count = cells.iter().product::<usize>();
-                Self::Curvilinear((0..count).into_par_iter().map(middle).collect())
+                Self::Curvilinear(parallel::list(count, middle).into())
             }
         }
     }
@@ -161,13 +161,13 @@ impl Shape {
     pub(super) fn points(&self, dims: [usize; 3]) -> Arc<[DVec3]> {
         match self {
             Self::Affine => Arc::from([]),
-            Self::Rectilinear([x, y, z]) => (0..dims.iter().product())
-                .into_par_iter()
-                .map(|index| {
+            Self::Rectilinear([x, y, z]) => {
+                let at = |index| {
                     let [i, j, k] = voxel(dims, index);
                     DVec3::new(x[i], y[j], z[k])
-                })
-                .collect(),
+                };
+                parallel::list(dims.iter().product(), at).into()
+            }
             Self::Curvilinear(points) => Arc::clone(points),
             Self::Unstructured(cells) => cells.points()[..cells.own_points()].into(),
         }
@@ -194,10 +194,8 @@ fn check_list(list: &[f64], axis: &str) -> Result<(), VolumeError> {
 /// Least and greatest coordinates.
 pub(super) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
     let none = || [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    points
-        .par_iter()
-        .fold(none, |[low, high], point| [low.min(*point), high.max(*point)])
-        .reduce(none, |a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    let wider = |a: [DVec3; 2], b: [DVec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    parallel::merged(points.len(), none, |at| [points[at]; 2], wider)
 }
 
 /// Index along x, y, z.
@@ -242,7 +240,7 @@ fn even_points(points: &[DVec3], dims: [usize; 3]) -> Option<Lattice> {
         let at = DVec3::from(voxel(dims, index).map(|i| i as f64));
         (lattice.world_from_index(at) - *point).length() <= most
     };
-    points.par_iter().enumerate().all(is_on).then_some(lattice)
+    points.iter().enumerate().all(is_on).then_some(lattice)
 }
 
 /// Axes of one sample get the mean of the others' spacings.
@@ -336,7 +334,7 @@ pub(super) fn axes_of(points: &[DVec3], dims: [usize; 3]) -> Arc<[DMat3]> {
         }
         DMat3::from_cols_array_2d(&usable_axes(steps, typical).map(|axis| axis.to_array()))
     };
-    (0..points.len()).into_par_iter().map(at).collect()
+    parallel::list(points.len(), at).into()
 }
 
 #[cfg(test)]

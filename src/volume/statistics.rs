@@ -1,9 +1,8 @@
 //! What is known of a field's values: extremes, mean, histogram, and extremes brick by brick.
 
-use rayon::prelude::*;
-
 use super::Samples;
 use super::samples::Scalar;
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::with_samples;
 
@@ -120,12 +119,10 @@ impl Statistics {
         range: Option<[f64; 2]>,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let parts: Vec<Partial> = values
-            .par_chunks(CHUNK)
-            .map(
-                |chunk| if ticket.is_cancelled() { Err(Cancelled) } else { Ok(Partial::of(chunk)) },
-            )
-            .collect::<Result<_, _>>()?;
+        let parts = parallel::try_list(values.len().div_ceil(CHUNK), |part| {
+            let chunk = &values[part * CHUNK..((part + 1) * CHUNK).min(values.len())];
+            if ticket.is_cancelled() { Err(Cancelled) } else { Ok(Partial::of(chunk)) }
+        })?;
         let mut total = parts.into_iter().fold(Partial::EMPTY, Partial::merge);
         if let Some([low, high]) = range {
             (total.min, total.max) = (total.min.min(low), total.max.max(high));
@@ -143,25 +140,19 @@ impl Statistics {
             });
         }
         let bin = Binning::new(total.min, total.max);
-        let histogram = values
-            .par_chunks(CHUNK)
-            .map(|chunk| {
+        let histogram = {
+            let count = |counts: &mut Vec<u64>, chunk: &[T]| {
                 if ticket.is_cancelled() {
                     return Err(Cancelled);
                 }
-                let mut counts = vec![0_u64; HISTOGRAM_BINS];
                 for value in chunk.iter().map(|v| v.to_f64()).filter(|v| v.is_finite()) {
                     counts[bin.of(value)] += 1;
                 }
-                Ok(counts)
-            })
-            .try_reduce(
-                || vec![0; HISTOGRAM_BINS],
-                |mut a, b| {
-                    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-                    Ok(a)
-                },
-            )?;
+                Ok(())
+            };
+            let none = || vec![0; HISTOGRAM_BINS];
+            parallel::try_summed(values.chunks(CHUNK), none, count, parallel::add_up)?
+        };
         Ok(Self {
             min: total.min,
             max: total.max,
@@ -306,8 +297,8 @@ impl Bricks {
         let layer = bricks[0] * bricks[1];
         let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; layer * bricks[2]];
         let mut holes = vec![false; ranges.len()];
-        let layers = ranges.par_chunks_mut(layer).zip(holes.par_chunks_mut(layer));
-        layers.enumerate().try_for_each(|(bz, (ranges, holes))| {
+        let layers = ranges.chunks_mut(layer).zip(holes.chunks_mut(layer));
+        parallel::try_each(layers.enumerate(), |(bz, (ranges, holes))| {
             for z in bz * BRICK..((bz + 1) * BRICK).min(dims[2]) {
                 if ticket.is_cancelled() {
                     return Err(Cancelled);

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
-use rayon::prelude::*;
 
 use super::resample::Spaced;
 use super::shape::{Shape, axes_of};
@@ -12,6 +11,7 @@ use super::{
 };
 use crate::cells::On;
 use crate::core::memory;
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 
 /// Where the vectors of a field stand.
@@ -92,7 +92,7 @@ impl VectorField {
             });
         }
         // In double precision: squares of 32-bit components overflow.
-        let lengths = vectors.par_iter().map(|v| v.as_dvec3().length() as f32).collect();
+        let lengths = parallel::list(vectors.len(), |i| vectors[i].as_dvec3().length() as f32);
         let magnitudes = Samples::Float32(lengths);
         let statistics = Statistics::of(&magnitudes, ticket)?;
         if statistics.finite_count == 0 {
@@ -131,8 +131,8 @@ impl Grid {
         }
         let samples = &field.samples;
         let vector = |i: usize| Vec3::from_array([0, 1, 2].map(|c| narrow(samples.get(3 * i + c))));
-        let vectors = (0..samples.len() / 3).into_par_iter().map(vector).collect();
-        VectorField::new(&field.name, self.places(field.association), vectors, ticket)
+        let vectors = parallel::list(samples.len() / 3, vector);
+        VectorField::new(&field.name, self.places(field.association), vectors.into(), ticket)
     }
 
     /// The vectors whose components are three scalar fields, named after them.
@@ -170,8 +170,8 @@ impl Grid {
             return self.vectors_on_lattice(&name, first, parts, ticket);
         }
         let vector = |index| Vec3::from_array(fields.map(|field| narrow(field.samples.get(index))));
-        let vectors = (0..count).into_par_iter().map(vector).collect();
-        VectorField::new(&name, self.places(first.association), vectors, ticket)
+        let vectors = parallel::list(count, vector);
+        VectorField::new(&name, self.places(first.association), vectors.into(), ticket)
     }
 
     /// Vectors of unstructured cells, whose points are in no order that splats could be averaged by: on the lattice that
@@ -200,8 +200,8 @@ impl Grid {
         let Spaced { samples: y, .. } = self.evenly_spaced(field, y, ticket)?;
         let Spaced { samples: z, .. } = self.evenly_spaced(field, z, ticket)?;
         let vector = |i| Vec3::from_array([&x, &y, &z].map(|part| narrow(part.get(i))));
-        let vectors = (0..x.len()).into_par_iter().map(vector).collect();
-        let field = VectorField::new(name, Places::Lattice(lattice), vectors, ticket)?;
+        let vectors = parallel::list(x.len(), vector);
+        let field = VectorField::new(name, Places::Lattice(lattice), vectors.into(), ticket)?;
         Ok(VectorField { on_cells, ..field })
     }
 

@@ -6,9 +6,9 @@ use eframe::egui::{Button, ComboBox, Ui};
 
 use super::inside::note_ui;
 use super::light::lighting_ui;
-use super::row_ui;
 use super::shading_table::{Entry, TableEditor, table_ui};
 use super::splat::combo_ui;
+use super::{name_ui, row_ui};
 use crate::app::actions::{Action, entry_of};
 use crate::app::modes;
 use crate::core::Srgb8;
@@ -72,6 +72,8 @@ pub fn shading_ui(
         points: points.map(|(share, amount)| (share * strong, amount)).to_vec(),
     };
     let [opacity, modulation, reflection, emission] = &mut editor.tables;
+    ui.add_space(2.0);
+    name_ui(ui, "Looked up by another quantity");
     amounts_ui(
         ui,
         (
@@ -289,7 +291,7 @@ fn table_part_ui<T, E: Entry>(
         part_ui(ui, words, part, kept, fresh);
         let Some(table) = part else { return };
         let (index, points) = parts_of(table);
-        super::name_ui(ui, "by");
+        name_ui(ui, "by");
         let combo = ComboBox::from_id_salt(("index of", name)).width(150.0);
         let words = |index| (index_words(index).0, index_words(index).1);
         let chosen = combo_ui(ui, &format!("{name} by"), combo, Index::ALL, *index, words);

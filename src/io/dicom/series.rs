@@ -3,10 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
-
 use super::slices::Slices;
 use super::{MOST_DEPTH, files_of};
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::io::Series;
 use crate::io::error::{Problem, quoted, unsupported};
@@ -159,7 +158,8 @@ fn read_all(
     ticket: &Ticket,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Slices>, Problem> {
-    let read = paths.par_iter().map(|path| {
+    let read = |i: usize| {
+        let path = &paths[i];
         if ticket.is_cancelled() {
             return Err(crate::core::Cancelled.into());
         }
@@ -169,8 +169,9 @@ fn read_all(
             Err(Problem::Unsupported(_)) => Ok(None),
             Err(_) => Ok(Some(Err(path.clone()))),
         }
-    });
-    let all: Result<Vec<Option<Result<Slices, PathBuf>>>, Problem> = read.collect();
+    };
+    let all: Result<Vec<Option<Result<Slices, PathBuf>>>, Problem> =
+        parallel::try_list(paths.len(), read);
     let (all, damaged): (Vec<_>, Vec<_>) = all?.into_iter().flatten().partition(Result::is_ok);
     if let Some(Err(first)) = damaged.first() {
         let (count, first) =

@@ -12,7 +12,6 @@ use std::sync::Arc;
 use netcdf_reader::{
     NcFile, NcFormat, NcOpenOptions, NcSliceInfo, NcSliceInfoElem, NcType, NcVariable,
 };
-use rayon::prelude::*;
 
 use self::places::Axis;
 use super::bytes;
@@ -20,6 +19,7 @@ use super::error::{Problem, corrupt, quoted, quoted_bytes, truncated, unsupporte
 use super::{Format, Opened, files};
 use crate::core::memory;
 use crate::core::panics::caught;
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
 
@@ -333,7 +333,7 @@ fn entry_of(
         advance(values.len() as u64)?;
         #[expect(clippy::cast_possible_truncation, reason = "the file has 24 bits at most")]
         match &mut samples {
-            Samples::Float32(kept) => kept.par_extend(values.into_par_iter().map(|v| v as f32)),
+            Samples::Float32(kept) => kept.extend(values.into_iter().map(|v| v as f32)),
             Samples::Float64(kept) => kept.extend(values),
             _ => {}
         }
@@ -383,7 +383,7 @@ fn interleaved(parts: &[&Field]) -> Samples {
     #[expect(clippy::cast_possible_truncation, reason = "directions need no more digits")]
     let value =
         |index: usize| parts.get(index % 3).map_or(0.0, |part| part.samples.get(index / 3) as f32);
-    Samples::Float32((0..3 * count).into_par_iter().map(value).collect())
+    Samples::Float32(parallel::list(3 * count, value))
 }
 
 #[cfg(test)]

@@ -7,13 +7,13 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::bufread::ZlibDecoder;
 use lzma_rust2::XzReader;
-use rayon::prelude::*;
 
 use super::super::bytes::{self, DEFLATE_MOST, Endian, Progress};
 use super::super::error::{Problem, corrupt, header, quoted, truncated};
 use super::super::files;
 use super::xml::{Array, Place};
 use crate::core::Cancelled;
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::volume::Samples;
 use crate::with_samples;
@@ -287,7 +287,7 @@ impl Blocks {
             (packed, unpacked) = (packed_rest, unpacked_rest);
             jobs.push((block, from, to));
         }
-        jobs.into_par_iter().try_for_each(|(block, from, to)| {
+        parallel::try_each(jobs.into_iter(), |(block, from, to)| {
             let mut decoder: Box<dyn Read> = match self.compressor {
                 Compressor::Lz4 => return decode_lz4(from, to, block),
                 Compressor::Zlib => Box::new(ZlibDecoder::new(from)),

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use rayon::prelude::*;
-
 use super::Part;
 use super::codecs;
 use super::metadata::{Array, Packing, Shard};
 use crate::core::memory;
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::io::bytes;
 use crate::io::error::{Problem, corrupt, quoted};
@@ -53,8 +52,8 @@ pub(super) fn read_part(part: &Part, ticket: &Ticket) -> Result<Samples, Problem
         ticket.checkpoint(first, chunks)?;
         let places: Vec<Vec<u64>> =
             (first..(first + at_once).min(chunks)).map(|index| place_of(index, &grid)).collect();
-        let read = places.par_iter().map(|place| chunk(part, place, chunk_bytes));
-        let read: Vec<Option<Vec<u8>>> = read.collect::<Result<_, Problem>>()?;
+        let read = |i: usize| chunk(part, &places[i], chunk_bytes);
+        let read: Vec<Option<Vec<u8>>> = parallel::try_list(places.len(), read)?;
         if !is_made {
             samples = filled(array, count)?;
             is_made = true;

@@ -1,8 +1,9 @@
 //! Samples without data: where they are, and what stands in for them.
 
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::core::{Cancelled, Looks, Ticket};
+use crate::core::parallel;
+use crate::core::{Cancelled, Looks, Ticket, mapped};
 
 /// Samples filled between two looks at the ticket.
 const STEP: usize = 1 << 14;
@@ -20,19 +21,26 @@ fn remove(mask: &mut [u32], index: usize) {
 
 /// One bit a sample, set where the value is NaN; `None` where none is.
 pub(super) fn of(values: &[f32], ticket: &Ticket) -> Result<Option<Vec<u32>>, Cancelled> {
-    let has_some = |run: &[f32]| ticket.look().map(|()| run.iter().any(|v| v.is_nan()));
-    let has_any = values.par_chunks(SEEN).map(has_some).try_reduce(|| false, |a, b| Ok(a | b))?;
-    if !has_any {
+    let has_any = AtomicBool::new(false);
+    parallel::try_each(values.chunks(SEEN), |run| {
+        ticket.look()?;
+        if run.iter().any(|v| v.is_nan()) {
+            has_any.store(true, Ordering::Relaxed);
+        }
+        Ok::<(), Cancelled>(())
+    })?;
+    if !has_any.into_inner() {
         return Ok(None);
     }
     let word = |run: &[f32]| {
         run.iter().enumerate().fold(0, |word, (bit, v)| word | u32::from(v.is_nan()) << bit)
     };
     let mut words = vec![0; values.len().div_ceil(32)];
-    words.par_chunks_mut(SEEN / 32).zip(values.par_chunks(SEEN)).try_for_each(|(words, run)| {
+    let runs = words.chunks_mut(SEEN / 32).zip(values.chunks(SEEN));
+    parallel::try_each(runs, |(words, run)| {
         ticket.look()?;
         words.iter_mut().zip(run.chunks(32)).for_each(|(to, run)| *to = word(run));
-        Ok(())
+        Ok::<(), Cancelled>(())
     })?;
     Ok(Some(words))
 }
@@ -50,12 +58,12 @@ pub(super) fn fill(
     // Holes that no ring has taken up yet.
     let mut unseen = holes.to_vec();
     let touches = |i: &usize| neighbours(*i, dims).any(|n| !contains(holes, n));
-    let first = (0..values.len().div_ceil(STEP)).into_par_iter().map(|part| {
+    let first = parallel::try_list(values.len().div_ceil(STEP), |part| {
         ticket.look()?;
         let own = part * STEP..((part + 1) * STEP).min(values.len());
-        Ok(own.filter(|&i| contains(holes, i)).filter(touches).collect::<Vec<_>>())
+        Ok::<_, Cancelled>(own.filter(|&i| contains(holes, i)).filter(touches).collect::<Vec<_>>())
     });
-    let mut ring = first.collect::<Result<Vec<_>, Cancelled>>()?.concat();
+    let mut ring = first?.concat();
     let mut looks = Looks::every(ticket, STEP);
     if ring.is_empty() {
         values.fill(0.0);
@@ -73,14 +81,8 @@ pub(super) fn fill(
             }
             (sum / count) as f32
         };
-        let filled = ring
-            .par_chunks(STEP)
-            .map(|part| {
-                ticket.look()?;
-                Ok(part.iter().map(mean).collect::<Vec<_>>())
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        for (&index, value) in ring.iter().zip(filled.into_iter().flatten()) {
+        let filled = mapped(ring.len(), STEP, |i| mean(&ring[i]), ticket)?;
+        for (&index, value) in ring.iter().zip(filled) {
             looks.after(1)?;
             values[index] = value;
             remove(&mut missing, index);

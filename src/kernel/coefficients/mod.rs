@@ -7,12 +7,11 @@ mod stencil;
 #[cfg(test)]
 mod tests;
 
-use rayon::prelude::*;
-
 use self::prefilter::{Target, Widened};
 use self::stencil::Stencil;
 use super::{Kernel, RadialKernel, Separable};
 use crate::core::memory::{self, TooLarge};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::volume::{Scalar, ScalarVolume};
 use crate::with_samples;
@@ -218,10 +217,11 @@ fn of_samples<T: Scalar>(
     // NaN stays NaN.
     let code = |value: T| store(value.to_f64().clamp(least, greatest) - bias);
     let mut values = vec![0.0; samples.len()];
-    values.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK)).try_for_each(|(to, from)| {
+    let runs = values.chunks_mut(CHUNK).zip(samples.chunks(CHUNK));
+    parallel::try_each(runs, |(to, from)| {
         ticket.look()?;
         to.iter_mut().zip(from).for_each(|(to, &from)| *to = code(from));
-        Ok(())
+        Ok::<(), Cancelled>(())
     })?;
     let holes = holes::of(&values, ticket)?;
     if let Some(holes) = &holes {
@@ -267,12 +267,13 @@ fn of_samples<T: Scalar>(
 /// [`Cancelled`].
 fn extremes(values: &[f32], ticket: &Ticket) -> Result<(f64, f64), Cancelled> {
     let none = (f32::INFINITY, f32::NEG_INFINITY);
-    let of_chunk = |chunk: &[f32]| {
+    let wider = |a: (f32, f32), b: (f32, f32)| (a.0.min(b.0), a.1.max(b.1));
+    let ranges = parallel::try_list(values.len().div_ceil(CHUNK), |part| {
         ticket.look()?;
-        Ok(chunk.iter().fold(none, |(a, b), &v| (a.min(v), b.max(v))))
-    };
-    let wider = |a: (f32, f32), b: (f32, f32)| Ok((a.0.min(b.0), a.1.max(b.1)));
-    let (min, max) = values.par_chunks(CHUNK).map(of_chunk).try_reduce(|| none, wider)?;
+        let own = &values[part * CHUNK..((part + 1) * CHUNK).min(values.len())];
+        Ok::<_, Cancelled>(own.iter().fold(none, |range, &v| wider(range, (v, v))))
+    })?;
+    let (min, max) = ranges.into_iter().fold(none, wider);
     Ok((f64::from(min), f64::from(max)))
 }
 

@@ -1,8 +1,7 @@
 //! The cubic B-spline's exact recursive prefilter, and the tents nearest to its spline, in place.
 
-use rayon::prelude::*;
-
 use super::store;
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::kernel::Separable;
 
@@ -93,7 +92,7 @@ fn along_rows(
         return Ok(());
     }
     let lines = (CHUNK / length).max(1);
-    values.par_chunks_mut(lines * length).try_for_each(|chunk| {
+    parallel::try_each(values.chunks_mut(lines * length), |chunk| {
         if ticket.is_cancelled() {
             return Err(Cancelled);
         }
@@ -126,7 +125,7 @@ fn across_rows(
         return Ok(());
     }
     let piece = row.div_ceil(MOST_PIECES).max(LEAST_PIECE);
-    values.par_chunks_mut(row * rows).try_for_each(|stack| {
+    parallel::try_each(values.chunks_mut(row * rows), |stack| {
         // Pieces of rows that lie above one another, so that workers share no memory.
         let mut columns: Vec<Vec<&mut [f32]>> =
             (0..row.div_ceil(piece)).map(|_| Vec::with_capacity(rows)).collect();
@@ -135,7 +134,7 @@ fn across_rows(
                 column.push(piece);
             }
         }
-        columns.into_par_iter().try_for_each(|mut column| {
+        parallel::try_each(columns.into_iter(), |mut column| {
             let mut lines = vec![[0.0; WIDTH]; rows];
             for start in (0..column[0].len()).step_by(WIDTH) {
                 if ticket.is_cancelled() {

@@ -2,9 +2,8 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use rayon::prelude::*;
-
 use super::{Residual, holes, store};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::kernel::{Kernel, RadialKernel, Separable};
 
@@ -170,23 +169,20 @@ impl Stencil {
         let every = (self.taps / EVERY_SLICE_TAPS).max(1);
         let slice = |z: usize| &c[z * nx * ny..][..nx * ny];
         let rows = nz.div_ceil(every) * ny;
-        let sums = (0..rows.div_ceil(ROWS))
-            .into_par_iter()
-            .map(|part| {
-                let (mut padded, mut out, mut sum) = (Vec::new(), vec![0.0; nx], Sum::default());
-                for row in part * ROWS..((part + 1) * ROWS).min(rows) {
-                    ticket.look()?;
-                    let [y, z] = [row % ny, row / ny * every];
-                    self.row(&slice, dims, [y, z], &mut padded, &mut out);
-                    for (x, h_c) in out.iter().enumerate() {
-                        if let Some(s) = sample((z * ny + y) * nx + x) {
-                            sum.add(f64::from(s) - h_c);
-                        }
+        let sums = parallel::try_list(rows.div_ceil(ROWS), |part| {
+            let (mut padded, mut out, mut sum) = (Vec::new(), vec![0.0; nx], Sum::default());
+            for row in part * ROWS..((part + 1) * ROWS).min(rows) {
+                ticket.look()?;
+                let [y, z] = [row % ny, row / ny * every];
+                self.row(&slice, dims, [y, z], &mut padded, &mut out);
+                for (x, h_c) in out.iter().enumerate() {
+                    if let Some(s) = sample((z * ny + y) * nx + x) {
+                        sum.add(f64::from(s) - h_c);
                     }
                 }
-                Ok(sum)
-            })
-            .collect::<Result<Vec<_>, _>>()?;
+            }
+            Ok::<_, Cancelled>(sum)
+        })?;
         Ok(Sum::residual(&sums, range))
     }
 
@@ -217,29 +213,26 @@ impl Stencil {
             let slice = |k: usize| -> &[f32] {
                 if k > z { &ahead[(k - z - 1) * size..][..size] } else { &kept[k - first] }
             };
-            let parts = current
-                .par_chunks_mut(nx * ROWS)
-                .enumerate()
-                .map(|(part, rows)| {
-                    let (mut padded, mut out) = (Vec::new(), vec![0.0; nx]);
-                    let mut sum = Sum::default();
-                    for (row, c) in rows.chunks_exact_mut(nx).enumerate() {
-                        ticket.look()?;
-                        let y = part * ROWS + row;
-                        self.row(&slice, dims, [y, z], &mut padded, &mut out);
-                        let from = z * size + y * nx;
-                        for (x, (c, h_c)) in c.iter_mut().zip(&out).enumerate() {
-                            let difference = f64::from(s[from + x]) - h_c;
-                            *c = store(f64::from(*c) + difference);
-                            if holes.is_none_or(|holes| !holes::contains(holes, from + x)) {
-                                sum.add(difference);
-                            }
+            let before = sums.len();
+            sums.resize_with(before + ny.div_ceil(ROWS), Sum::default);
+            let parts = current.chunks_mut(nx * ROWS).zip(&mut sums[before..]);
+            parallel::try_each(parts.enumerate(), |(part, (rows, sum))| {
+                let (mut padded, mut out) = (Vec::new(), vec![0.0; nx]);
+                for (row, c) in rows.chunks_exact_mut(nx).enumerate() {
+                    ticket.look()?;
+                    let y = part * ROWS + row;
+                    self.row(&slice, dims, [y, z], &mut padded, &mut out);
+                    let from = z * size + y * nx;
+                    for (x, (c, h_c)) in c.iter_mut().zip(&out).enumerate() {
+                        let difference = f64::from(s[from + x]) - h_c;
+                        *c = store(f64::from(*c) + difference);
+                        if holes.is_none_or(|holes| !holes::contains(holes, from + x)) {
+                            sum.add(difference);
                         }
                     }
-                    Ok(sum)
-                })
-                .collect::<Result<Vec<_>, _>>()?;
-            sums.extend(parts);
+                }
+                Ok::<(), Cancelled>(())
+            })?;
         }
         Ok(Sum::residual(&sums, range))
     }

@@ -1,8 +1,7 @@
 //! Which values a projection is coloured between: those that rays through the volume come to, not those of all samples.
 
-use rayon::prelude::*;
-
 use super::AlongRay;
+use crate::core::parallel;
 use crate::volume::ScalarVolume;
 
 /// Samples that are looked at along each axis, at most.
@@ -37,7 +36,7 @@ pub fn projected_range(volume: &ScalarVolume, along: AlongRay) -> Option<[f64; 2
                 };
                 columns.filter_map(ray).collect::<Vec<_>>()
             };
-            rows.into_par_iter().flat_map_iter(row).collect::<Vec<_>>()
+            parallel::list(rows.len(), |i| row(rows[i])).concat()
         })
         .collect();
     found.sort_unstable_by(f64::total_cmp);

@@ -5,9 +5,9 @@
 //! scan.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::{field, hash_unit, index_of, value_noise};
+use crate::core::parallel;
 use crate::volume::{Grid, Lattice, Samples};
 
 /// Edge of the scanned cube, millimetres.
@@ -53,17 +53,14 @@ pub(super) fn grid(size: usize) -> Grid {
     };
     let voxel = 2.0 / size as f64;
     let edge = BLUR * voxel;
-    let values = (0..lattice.len())
-        .into_par_iter()
-        .map(|i| {
-            let index = DVec3::from(index_of(lattice.dims, i).map(|j| j as f64));
-            let p = (index + 0.5) * voxel - 1.0;
-            let hu = density(p, edge) + NOISE_HU * gaussian(i as u64);
-            #[expect(clippy::cast_possible_truncation, reason = "within ±4000 by construction")]
-            let stored = hu.max(-1024.0).round() as i16;
-            stored
-        })
-        .collect();
+    let values = parallel::list(lattice.len(), |i| {
+        let index = DVec3::from(index_of(lattice.dims, i).map(|j| j as f64));
+        let p = (index + 0.5) * voxel - 1.0;
+        let hu = density(p, edge) + NOISE_HU * gaussian(i as u64);
+        #[expect(clippy::cast_possible_truncation, reason = "within ±4000 by construction")]
+        let stored = hu.max(-1024.0).round() as i16;
+        stored
+    });
     Grid {
         space: Some("left-posterior-superior".to_owned()),
         unit: Some("mm".to_owned()),
@@ -361,21 +358,21 @@ mod tests {
                 density((DVec3::new(x, y, z) + 0.5) * voxel - 1.0, BLUR * voxel)
             };
             let step = (size / 32) as usize;
-            let errors: Vec<f64> = (2..size - 2)
-                .into_par_iter()
-                .step_by(step)
-                .flat_map_iter(|z| {
-                    let places = (2..size - 3)
-                        .flat_map(move |y| (2..size - 2).step_by(step).map(move |x| (x, y)));
-                    places.filter_map(move |(x, y)| {
-                        let along = |dy: f64| at(f64::from(x), f64::from(y) + dy, f64::from(z));
-                        let [a, b, c, d] = [-1.0, 0.0, 1.0, 2.0].map(along);
-                        let cubic = (9.0 * (b + c) - a - d) / 16.0;
-                        // At the edges of tissues.
-                        ((c - b).abs() > 50.0).then(|| (along(0.5) - cubic).abs())
-                    })
-                })
-                .collect();
+            let layers: Vec<_> = (2..size - 2).step_by(step).collect();
+            let errors = parallel::list(layers.len(), |layer| {
+                let places =
+                    (2..size - 3).flat_map(|y| (2..size - 2).step_by(step).map(move |x| (x, y)));
+                let errors = places.filter_map(|(x, y)| {
+                    let z = f64::from(layers[layer]);
+                    let along = |dy: f64| at(f64::from(x), f64::from(y) + dy, z);
+                    let [a, b, c, d] = [-1.0, 0.0, 1.0, 2.0].map(along);
+                    let cubic = (9.0 * (b + c) - a - d) / 16.0;
+                    // At the edges of tissues.
+                    ((c - b).abs() > 50.0).then(|| (along(0.5) - cubic).abs())
+                });
+                errors.collect::<Vec<_>>()
+            });
+            let errors = errors.concat();
             let mean = errors.iter().sum::<f64>() / errors.len() as f64;
             let most = errors.iter().copied().fold(0.0, f64::max);
             assert!(mean < least_mean && most < 300.0, "{size}: mean {mean}, most {most}");

@@ -11,9 +11,9 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::core::memory::{self, TooLarge};
+use crate::core::parallel;
 
 use super::{Association, Field, Grid, Lattice, Samples};
 
@@ -173,7 +173,7 @@ fn index_of(dims: [usize; 3], i: usize) -> [usize; 3] {
 /// A function of world position at every sample.
 fn sample(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Vec<f32> {
     let at = |i| DVec3::from(index_of(lattice.dims, i).map(|j| j as f64));
-    (0..lattice.len()).into_par_iter().map(|i| f(lattice.world_from_index(at(i))) as f32).collect()
+    parallel::list(lattice.len(), |i| f(lattice.world_from_index(at(i))) as f32)
 }
 
 fn field(name: &str, components: usize, samples: Samples) -> Field {

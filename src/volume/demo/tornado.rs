@@ -1,9 +1,9 @@
 //! A standing vortex: swirl about a leaning, wandering axis, inflow along the ground, and updraught.
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::{centred, field, index_of};
+use crate::core::parallel;
 use crate::volume::{Grid, Samples};
 
 /// Circulation: swirl times radius far out.
@@ -13,14 +13,12 @@ const CIRCULATION: f64 = 0.5;
 pub(super) fn grid(size: usize) -> Grid {
     let lattice = centred(size);
     let at = |i| lattice.world_from_index(DVec3::from(index_of(lattice.dims, i).map(|j| j as f64)));
-    let velocities: Vec<[f32; 3]> = (0..lattice.len())
-        .into_par_iter()
-        .map(|i| velocity(at(i)).to_array().map(|v| v as f32))
-        .collect();
-    let condensation = (0..lattice.len()).into_par_iter().map(|i| condensation(at(i)) as f32);
-    let speed = velocities.par_iter().map(|v| v.iter().map(|c| c * c).sum::<f32>().sqrt());
+    let velocities: Vec<[f32; 3]> =
+        parallel::list(lattice.len(), |i| velocity(at(i)).to_array().map(|v| v as f32));
+    let condensation = parallel::list(lattice.len(), |i| condensation(at(i)) as f32);
+    let speed = velocities.iter().map(|v| v.iter().map(|c| c * c).sum::<f32>().sqrt());
     let fields = vec![
-        field("condensation", 1, Samples::Float32(condensation.collect())),
+        field("condensation", 1, Samples::Float32(condensation)),
         field("speed", 1, Samples::Float32(speed.collect())),
         field("velocity", 3, Samples::Float32(velocities.into_flattened())),
     ];

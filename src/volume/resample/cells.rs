@@ -4,10 +4,10 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::super::{Lattice, VolumeError};
 use crate::cells::{CellField, Kind};
+use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 
 /// Slices of the lattice that are filled by one worker at a time.
@@ -40,20 +40,17 @@ pub(super) fn fill<T: Copy + Send + Sync>(
     let [mx, my, mz] = lattice.dims;
     let (origin, step) = (lattice.origin, lattice.spacing);
     // Solids by the first slice they reach into, and the end of what they reach into.
-    let reached: Vec<[u32; 2]> = (0..cells.solids().len())
-        .into_par_iter()
-        .map(|solid| {
-            if !field.is_there(solid) {
-                return [0; 2];
-            }
-            let [low, high] = cells.placed(solid).bounds();
-            let slices = covered([low.z, high.z], origin.z, step.z, mz);
-            [slices.start, slices.end].map(|at| u32::try_from(at).unwrap_or(u32::MAX))
-        })
-        .collect();
+    let reached = parallel::list(cells.solids().len(), |solid| {
+        if !field.is_there(solid) {
+            return [0; 2];
+        }
+        let [low, high] = cells.placed(solid).bounds();
+        let slices = covered([low.z, high.z], origin.z, step.z, mz);
+        [slices.start, slices.end].map(|at| u32::try_from(at).unwrap_or(u32::MAX))
+    });
     let done = AtomicU64::new(0);
     let pieces = mz.div_ceil(SLICES) as u64;
-    out.par_chunks_mut(mx * my * SLICES).enumerate().try_for_each(|(piece, slab)| {
+    parallel::try_each(out.chunks_mut(mx * my * SLICES).enumerate(), |(piece, slab)| {
         let first = piece * SLICES;
         let slices = slab.len() / (mx * my);
         let mut is_filled = vec![false; slab.len()];

@@ -8,7 +8,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::shape::Shape;
 use super::{
@@ -16,6 +15,7 @@ use super::{
 };
 use crate::cells::{CellField, Cells, Kind, On, Solid};
 use crate::core::memory;
+use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::rbf::Encoding;
 
@@ -135,7 +135,7 @@ impl Grid {
         {
             return Ok(Spaced::plain(lattice, values));
         }
-        let own = || (0..values.len()).into_par_iter().map(|i| values.get(i)).collect::<Vec<_>>();
+        let own = || parallel::list(values.len(), |i| values.get(i));
         if let Some(cells) = self.cells()? {
             // Numbers, what is known of each solid, and the faces among which the outer ones are sought; light, which may be
             // asked for later, takes growths of each point in double and in single precision.
@@ -183,7 +183,7 @@ impl Grid {
         ticket: &Ticket,
     ) -> Result<Spaced, VolumeError> {
         let places = field.association.places(cells);
-        let own: Vec<f64> = (0..values.len()).into_par_iter().map(|i| values.get(i)).collect();
+        let own = parallel::list(values.len(), |i| values.get(i));
         if own.len() > Scattered::MOST_SAMPLED && cells.is_surface() {
             return dotted(&places, &own, &field.name);
         }
@@ -232,11 +232,9 @@ impl Grid {
         lattice: &Lattice,
         ticket: &Ticket,
     ) -> Result<Vec<bool>, VolumeError> {
-        let own = || (0..values.len()).into_par_iter().map(|i| values.get(i)).collect::<Vec<_>>();
+        let own = || parallel::list(values.len(), |i| values.get(i));
         let is_flat = self.lattice.dims.contains(&1);
-        let is_there = |found: &Samples| {
-            (0..found.len()).into_par_iter().map(|i| found.get(i).is_finite()).collect()
-        };
+        let is_there = |found: &Samples| parallel::list(found.len(), |i| found.get(i).is_finite());
         let found = match &self.shape {
             Shape::Affine => return Ok(is_there(values)),
             // What has no depth is met by few places between its samples, and may be all of them.
@@ -412,7 +410,7 @@ impl Fill<'_> {
             Self::Ellipsoids(encoding) => {
                 let [nx, ny, _] = lattice.dims;
                 let (done, rows) = (AtomicU64::new(0), (out.len() / nx) as u64);
-                out.par_chunks_mut(nx).enumerate().try_for_each(|(row, out)| {
+                parallel::try_each(out.chunks_mut(nx).enumerate(), |(row, out)| {
                     for (x, out) in out.iter_mut().enumerate() {
                         let at = DVec3::from([x, row % ny, row / ny].map(|i| i as f64));
                         *out = from_f64(encoding.value(lattice.world_from_index(at)));
@@ -551,7 +549,7 @@ fn rectilinear<T: Copy + Send + Sync>(
     };
     let (xs, ys, zs) = (along(0), along(1), along(2));
     let done = AtomicU64::new(0);
-    out.par_chunks_exact_mut(mx * my).zip(&zs).try_for_each(|(slice, z)| {
+    parallel::try_each(out.chunks_exact_mut(mx * my).zip(&zs), |(slice, z)| {
         let before = done.fetch_add(1, Ordering::Relaxed);
         ticket.checkpoint(before, mz as u64)?;
         for (row, y) in slice.chunks_exact_mut(mx).zip(&ys) {
