@@ -535,6 +535,23 @@ fn circles_of_imports_are_found() {
     assert_eq!(of(&[a, ("gpu/b.rs", "use crate::core::a; use super::GpuError;")]), [""; 0]);
 }
 
+/// `./test` runs no code of documentation: there is none, but for text.
+#[test]
+fn documentation_has_no_code_to_run() {
+    let fences = |source: &str| -> Vec<String> {
+        let comments = source.lines().map(str::trim_start).filter(|line| line.starts_with("//"));
+        let fences = comments.filter_map(|line| line.split_once("```"));
+        fences.map(|(_, kind)| kind.trim().to_owned()).collect()
+    };
+    let opens_code = |source: &str| fences(source).chunks(2).any(|pair| pair[0] != "text");
+    for (file, source) in all_sources() {
+        assert!(!opens_code(&source), "src/{file}: code in documentation is not run by ./test");
+    }
+    assert!(opens_code("/// ```\n/// let a = 1;\n/// ```\n"));
+    assert!(opens_code("//! ```rust\n//! ```\n"));
+    assert!(!opens_code("/// ```text\n/// a b\n/// ```\n"));
+}
+
 /// Each use of rayon's iterators is compiled as some sixty functions: `core::parallel` shares work out in few.
 #[test]
 fn work_is_shared_out_in_one_place() {
