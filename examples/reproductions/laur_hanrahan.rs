@@ -409,6 +409,14 @@ fn subjects(page: &mut Page<'_>, data: &Path, samples: usize) -> Result<Vec<(Str
     Ok(subjects)
 }
 
+/// A picture that is within an error, and its cells.
+fn cut(page: &Page<'_>, scene: &Scene, refine: Refine) -> Result<Still> {
+    let size = [CUT_SIZE; 2];
+    let request =
+        StillRequest { scene: scene.clone(), size, refine, repeat: 0, time_passes: false };
+    Ok(page.engine.still_with_cells(request, &Ticket::new())?)
+}
+
 fn figure_5(page: &mut Page<'_>, data: &Path) -> Result<()> {
     page.say(&format!(
         "**Figure 5: oct-trees at falling errors.** Their lines alone are printed; here the cells' edges lie over the picture, \
@@ -423,14 +431,7 @@ fn figure_5(page: &mut Page<'_>, data: &Path) -> Result<()> {
         let view = View::new(&scene, [CUT_SIZE; 2]);
         let mut panels = Vec::new();
         for max_error in errors {
-            let request = StillRequest {
-                scene: scene.clone(),
-                size: [CUT_SIZE; 2],
-                refine: Refine::Error { max_error, of_voxels: true },
-                repeat: 0,
-                time_passes: false,
-            };
-            let mut still = page.engine.still_with_cells(request, &Ticket::new())?;
+            let mut still = cut(page, &scene, Refine::Error { max_error, of_voxels: true })?;
             let mut row = vec![name.clone(), max_error.to_string()];
             match &still.cells {
                 Some(cells) => {
@@ -472,14 +473,7 @@ fn figure_5(page: &mut Page<'_>, data: &Path) -> Result<()> {
         let view = View::new(&scene, [CUT_SIZE; 2]);
         let mut panels = Vec::new();
         for max_error in errors {
-            let request = StillRequest {
-                scene: scene.clone(),
-                size: [CUT_SIZE; 2],
-                refine: Refine::Error { max_error, of_voxels: false },
-                repeat: 0,
-                time_passes: false,
-            };
-            let mut still = page.engine.still_with_cells(request, &Ticket::new())?;
+            let mut still = cut(page, &scene, Refine::Error { max_error, of_voxels: false })?;
             let mut row = vec![name.clone(), max_error.to_string()];
             row.extend(match (&still.cells, still.drawn.cut) {
                 (Some(cells), Some(cut)) => {
