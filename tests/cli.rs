@@ -842,6 +842,29 @@ fn places_that_cannot_be_written_to_are_found_before_the_drawing() {
     let name = input.to_str().expect("UTF-8");
     let over = voxsplat(&["render", name, "-o", "out.png", "--stats", name]);
     assert_eq!(fault(&over, 2, &["FILE and --stats", "two files"], Some(&input)), None);
+    // What a header names is as much of the volume as the header.
+    let header = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = in.raw\n";
+    let header = written(folder.path(), "in.mhd", header.as_bytes());
+    let raw = written(folder.path(), "in.raw", &[0, 1, 2, 3, 4, 5, 6, 7]);
+    let [header, data] = [&header, &raw].map(|path| path.to_str().expect("UTF-8"));
+    let out = at("over.png");
+    let out = out.to_str().expect("UTF-8");
+    for arguments in [
+        &["render", header, "-o", out, "--resolution", "4,4", "--stats", data][..],
+        &["convert", header, "-o", data],
+    ] {
+        let over = voxsplat(arguments);
+        assert_eq!(
+            fault(&over, 1, &["than a file that was read"], Some(&raw)),
+            None,
+            "{arguments:?}"
+        );
+        assert_eq!(
+            std::fs::read(&raw).expect("it is there"),
+            [0, 1, 2, 3, 4, 5, 6, 7],
+            "{arguments:?}"
+        );
+    }
 
     // What is there stays until there is something new, and nothing else is left beside it.
     let picture = written(folder.path(), "old.png", b"old");

@@ -497,7 +497,7 @@ fn a_bad_file_shows_a_bar_and_leaves_the_old_scene() {
     let mut bench = Bench::opened();
     let before = bench.window().scene().unwrap().clone();
     bench.open("bad.nrrd");
-    assert!(bench.shows("expected a header, found nonsense: bad.nrrd"));
+    assert!(bench.shows("Expected a header, found nonsense: bad.nrrd"));
     assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd");
     assert!(std::sync::Arc::ptr_eq(
         bench.window().scene().unwrap().volume().unwrap(),
@@ -509,7 +509,7 @@ fn a_bad_file_shows_a_bar_and_leaves_the_old_scene() {
     assert!(dismiss.bottom() < bench.viewport().top() + 60.0, "a bar, not a curtain: {dismiss}");
     bench.harness.get_by_label("Dismiss").click();
     bench.harness.run_steps(2);
-    assert!(!bench.shows("expected a header, found nonsense: bad.nrrd"));
+    assert!(!bench.shows("Expected a header, found nonsense: bad.nrrd"));
 }
 
 #[test]

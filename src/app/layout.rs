@@ -42,6 +42,8 @@ const SIDE_WIDTH: f32 = 336.0;
 const TICK: f32 = 11.0;
 /// Distance of the bars over the viewport from its edges, points.
 const OVERLAY_INSET: f32 = 12.0;
+/// Size of what stands where nothing is open, points.
+const WELCOME: Vec2 = vec2(320.0, 140.0);
 /// Greatest width of the bars over the viewport, points.
 const OVERLAY_WIDTH: f32 = 640.0;
 
@@ -413,7 +415,16 @@ impl Window {
             let rests = !self.pacing.is_moving();
             self.probing.show(ui, area, scene, space, (&response, rests), self.cells.height());
         } else if !self.is_loading() {
-            welcome_ui(ui, area.rect);
+            match welcome_ui(ui, area.rect) {
+                Some(Welcome::Open) => self.perform(ui.ctx(), Action::Open),
+                Some(Welcome::Demo) => {
+                    let first = self.parts.library.demos().first().map(|(name, _)| *name);
+                    first
+                        .into_iter()
+                        .for_each(|name| self.open(ui.ctx(), Source::Demo(name.into())));
+                }
+                None => {}
+            }
         }
         if self.scene.is_some() && !self.is_loading() {
             self.first_hint.show(ui, area.rect, self.settings.knows_drag);
@@ -525,7 +536,7 @@ fn job_ui(ui: &mut Ui, job: &JobView<'_>) {
 }
 
 /// What to do when nothing is open.
-fn welcome_ui(ui: &Ui, rect: Rect) {
+fn welcome_ui(ui: &mut Ui, rect: Rect) -> Option<Welcome> {
     let open = entry_of(Action::Open);
     let key = open.shortcut.map(|shortcut| ui.ctx().format_shortcut(&shortcut));
     let help = ui.ctx().format_shortcut(&eframe::egui::KeyboardShortcut::new(
@@ -540,11 +551,28 @@ fn welcome_ui(ui: &Ui, rect: Rect) {
             theme::TEXT_FAINT,
         ),
     ];
-    let mut at = rect.center() - vec2(0.0, 16.0);
-    for (text, size, colour) in lines {
-        ui.painter().text(at, Align2::CENTER_CENTER, text, FontId::proportional(size), colour);
-        at.y += 28.0;
-    }
+    let mut chosen = None;
+    let place = Rect::from_center_size(rect.center(), WELCOME);
+    let middle = Layout::top_down(Align::Center);
+    ui.scope_builder(UiBuilder::new().max_rect(place).layout(middle), |ui| {
+        ui.spacing_mut().item_spacing.y = 10.0;
+        for (text, size, colour) in lines {
+            ui.label(RichText::new(text).size(size).color(colour));
+        }
+        if ui.button(open.name).on_hover_text(open.help).clicked() {
+            chosen = Some(Welcome::Open);
+        }
+        if ui.button("Open the demo").on_hover_text("A head, made in code").clicked() {
+            chosen = Some(Welcome::Demo);
+        }
+    });
+    chosen
+}
+
+/// What may be chosen where nothing is open.
+enum Welcome {
+    Open,
+    Demo,
 }
 
 /// What will happen when the file over the window is let go.

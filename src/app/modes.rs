@@ -112,6 +112,11 @@ pub fn is_exact(settings: &SplatSettings) -> bool {
         && settings.slabs_per_voxel >= exact.slabs_per_voxel
 }
 
+/// Whether a mode is one of [`PRESETS`]: the exact one with more slabs is the exact one.
+pub fn is_preset(settings: &SplatSettings, preset: &SplatSettings) -> bool {
+    same_mode(settings, preset) || (is_exact(preset) && is_exact(settings))
+}
+
 /// A mode in a few words: `B-spline, interpolating, pre-integrated, 2 slabs a voxel`.
 pub fn name(settings: &SplatSettings) -> String {
     let mut parts = vec![words::kernel(settings.kernel)];

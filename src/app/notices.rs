@@ -108,7 +108,7 @@ impl Notices {
     }
 
     fn push(&mut self, kind: Kind, text: String) {
-        let text = without_flags(&one_line(&text));
+        let text = sentence_case(&without_flags(&one_line(&text)));
         // Of the same news with other numbers the last ones are enough.
         let says_the_same = |other: &str| words_of(other).eq(words_of(&text));
         self.shown.retain(|notice| !says_the_same(&notice.text));
@@ -259,6 +259,16 @@ pub(super) fn text_and_button_ui(
         ui.add_enabled(enabled, Button::new(button)).clicked()
     })
     .inner
+}
+
+/// A sentence begins with a capital letter, but where it begins with the name of a file.
+fn sentence_case(text: &str) -> String {
+    let is_word = text.split(' ').next().is_some_and(|word| word.chars().all(char::is_alphabetic));
+    let mut letters = text.chars();
+    match letters.next().filter(|_| is_word) {
+        Some(first) => first.to_uppercase().chain(letters).collect(),
+        None => text.to_owned(),
+    }
 }
 
 /// Messages of libraries may hold line breaks; a bar holds a sentence.

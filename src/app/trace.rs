@@ -2,7 +2,7 @@
 //! outside, and for tests that drive it.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -71,6 +71,17 @@ pub struct PictureLine {
 pub(super) fn create(path: &Path) -> anyhow::Result<File> {
     // Held until the file is open: a pipe's reader would think that this was all.
     let _fit = OutputFile::check(path, "the trace").map_err(|error| anyhow!(error))?;
+    // It is begun before anything is opened, so that a slip of the pen would empty what is to be.
+    let mut first = [b'{'];
+    if path.is_file()
+        && File::open(path).and_then(|mut file| file.read(&mut first)).is_ok()
+        && first != [b'{']
+    {
+        return Err(anyhow!(
+            "expected a new file for the trace, or an earlier trace, found another file; choose another place: {}",
+            path.display()
+        ));
+    }
     File::create(path).map_err(|error| {
         anyhow!(
             "expected a place that the trace can be written to, found that the system refuses \
@@ -153,5 +164,25 @@ impl Content for Traced {
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         Content::save(&mut self.window, storage);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trace_takes_the_place_of_a_trace_and_of_nothing_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path().join("a.nrrd");
+        std::fs::write(&at, b"NRRD0004").expect("a file");
+        let refused = create(&at).expect_err("it is no trace").to_string();
+        assert!(refused.contains("an earlier trace") && refused.ends_with("a.nrrd"), "{refused}");
+        assert_eq!(std::fs::read(&at).expect("it is there"), b"NRRD0004");
+        for earlier in [&b"{}"[..], b""] {
+            std::fs::write(&at, earlier).expect("a file");
+            assert!(create(&at).is_ok());
+        }
+        assert!(create(&folder.path().join("new.jsonl")).is_ok());
     }
 }

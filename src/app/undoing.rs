@@ -27,6 +27,8 @@ use crate::volume::Samples;
 const WHEEL_SECS: f64 = 0.6;
 /// Seconds within which a second press of the key takes the open file away.
 const AGAIN_SECS: f64 = 8.0;
+/// And so long it has to rest before, seconds.
+const BURST_SECS: f64 = 0.6;
 
 /// Everything that can be undone, as plain data; the volume is shared.
 #[derive(Debug, Clone)]
@@ -238,7 +240,13 @@ impl Window {
     pub(super) fn step_back_by_key(&mut self, ctx: &Context) {
         self.record_now(ctx);
         let now_secs = ctx.time();
-        let was_asked = self.undo_asked_secs.take().is_some_and(|at| now_secs - at < AGAIN_SECS);
+        let since_asked = self.undo_asked_secs.take().map(|at| now_secs - at);
+        // Keys of one burst are meant for what was changed, and not for the file.
+        if since_asked.is_some_and(|secs| secs < BURST_SECS) {
+            self.undo_asked_secs = Some(now_secs);
+            return;
+        }
+        let was_asked = since_asked.is_some_and(|secs| secs < AGAIN_SECS);
         let leaves =
             self.history.last_step().filter(|[before, after]| before.is_of_another_file(after));
         if let Some([before, after]) = leaves.filter(|_| !was_asked) {

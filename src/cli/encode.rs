@@ -13,7 +13,7 @@ use super::{Destination, Failure, note, open, refuse_one_place, values};
 use crate::core::Ticket;
 use crate::core::counted;
 use crate::core::memory::human_bytes;
-use crate::io::{Encoded, nrrd_bytes, vrbf};
+use crate::io::{Encoded, may_be_replaced, nrrd_bytes, vrbf};
 use crate::rbf::{Basis, Favour, four_digits};
 use crate::task::encode::{Asked, Wanted, encode_field};
 use crate::volume::{Component, Field, Shape};
@@ -108,6 +108,8 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     refuse_one_place(&named)?;
     let destination = Destination::check(&flags.output, "the functions")?;
     let earlier = flags.resume.as_deref().map(vrbf::load).transpose().map_err(Failure::failed)?;
+    // The fit goes on in its place.
+    flags.resume.as_deref().into_iter().for_each(may_be_replaced);
     let input = open::grid(&flags.input, flags.field.as_deref())?;
     let failed = |error: &dyn std::fmt::Display| Failure::Failed(input.about(&error.to_string()));
     let field = input.field(flags.field.as_deref()).map_err(|error| failed(&error))?;

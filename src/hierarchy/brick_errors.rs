@@ -15,8 +15,8 @@ const IN_BRICK: usize = BRICK * BRICK * BRICK;
 const LEVELS: usize = 2;
 /// Means along an axis that tents at a brick's samples are made of.
 const MEANS: usize = 3;
-/// Bricks that a thread looks at between two looks at its ticket.
-const AT_ONCE: usize = 512;
+/// Bricks between two looks at the ticket.
+const AT_ONCE: usize = 1 << 12;
 
 /// Means of 2³ and of 4³ samples of a volume.
 #[derive(Debug, Clone, PartialEq)]

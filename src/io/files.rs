@@ -1,16 +1,47 @@
 //! Files on disk: opened, measured, and found beside the header that names them.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::error::Problem;
 
-/// Opens a regular file and tells its length.
+/// The files that were opened as parts of what was read, by the names that the system has for them.
+static OPENED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn opened() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    OPENED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Whether a file is a part of what was read, such as the one that a header names: nothing may be written over it.
+pub fn was_read(path: &Path) -> bool {
+    std::fs::canonicalize(path).is_ok_and(|path| opened().contains(&path))
+}
+
+/// A file that was read may be written over.
+pub fn may_be_replaced(path: &Path) {
+    if let Ok(path) = std::fs::canonicalize(path) {
+        opened().remove(&path);
+    }
+}
+
+/// Opens a regular file, a part of what is read, and tells its length.
 ///
 /// # Errors
 /// Not there, not allowed, not a regular file.
 pub(super) fn open_file(path: &Path) -> Result<(File, u64), Problem> {
+    let found = look_into(path)?;
+    opened().extend(std::fs::canonicalize(path));
+    Ok(found)
+}
+
+/// Opens a regular file that may be no part of it, and tells its length.
+///
+/// # Errors
+/// Not there, not allowed, not a regular file.
+pub(super) fn look_into(path: &Path) -> Result<(File, u64), Problem> {
     // Asked before opening: opening a pipe would wait for its writer.
     let metadata = std::fs::metadata(path).map_err(|error| {
         let is_link = std::fs::symlink_metadata(path).is_ok_and(|own| own.is_symlink());

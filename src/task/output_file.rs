@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
+use crate::io::was_read;
+
 /// A place for a file, found fit to be written to. Nothing is there before [`OutputFile::write`], and
 /// what was there stays until the new file is whole.
 #[derive(Debug)]
@@ -35,6 +37,7 @@ impl OutputFile {
             in_place: false,
             pipe: None,
         };
+        fit.refuse_what_was_read()?;
         let ends_in_separator = path.to_string_lossy().ends_with(std::path::is_separator);
         match fs::metadata(&fit.target) {
             Ok(found) if found.is_dir() => Err(fit.is_a_folder()),
@@ -69,6 +72,8 @@ impl OutputFile {
     /// # Errors
     /// One sentence with the path last; what was there before still is.
     pub fn write(&self, bytes: &[u8]) -> Result<(), String> {
+        // What is read is known by now.
+        self.refuse_what_was_read()?;
         let written = match &self.pipe {
             Some(pipe) => write_pipe(pipe, bytes),
             None if self.in_place => fs::write(&self.target, bytes),
@@ -94,6 +99,18 @@ impl OutputFile {
             drop(fs::remove_file(&beside));
         }
         written
+    }
+
+    /// Refuses a file that is a part of what is read, be it named or found by the one that is.
+    fn refuse_what_was_read(&self) -> Result<(), String> {
+        match was_read(&self.target) {
+            false => Ok(()),
+            true => Err(format!(
+                "expected another place for {} than a file that was read, found one; choose another place: {}",
+                self.what,
+                self.path.display()
+            )),
+        }
     }
 
     fn folder(&self) -> PathBuf {

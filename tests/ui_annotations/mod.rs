@@ -51,7 +51,7 @@ fn saved_pictures_have_what_is_shown_unless_told_otherwise() {
         bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
         bench.harness.run_steps(3);
         if !wanted {
-            bench.harness.get_by_label("Write what is over the view").click();
+            bench.harness.get_by_label("Include annotations").click();
             bench.harness.run_steps(2);
         }
         bench.harness.get_by_role_and_label(Role::Button, "Save").click();

@@ -274,7 +274,7 @@ fn a_slice_is_no_wall_at_first_and_is_dragged_by_its_handle() {
     bench.settle();
     let slice = |bench: &Bench| -> Slice { bench.last_request().scene.inside.slices[0] };
     assert!(slice(&bench).only_shown);
-    bench.harness.get_by_role_and_label(Role::CheckBox, "Slice 1 only what shows").click();
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Slice 1 hides transparent parts").click();
     bench.settle();
     assert!(!slice(&bench).only_shown);
     let scene = bench.last_request().scene;

@@ -170,11 +170,11 @@ fn planes_are_added_turned_flipped_moved_and_removed() {
 fn sliders_of_slices_and_planes_say_what_they_move() {
     let mut bench = Bench::opened();
     press(&mut bench, "Add slice");
-    for name in ["Slice 1", "Place", "Opacity"] {
+    for name in ["Slice 1", "Position", "Opacity"] {
         assert!(bench.shows(name), "{name}");
     }
     press(&mut bench, "Add clip plane");
-    let places = bench.harness.query_all_by_label("Place").count();
+    let places = bench.harness.query_all_by_label("Position").count();
     assert_eq!(places, 2, "of the slice and of the plane");
 }
 
@@ -236,12 +236,12 @@ fn isosurfaces_and_slices_are_added_set_and_removed() {
     let share =
         |bench: &Bench, i: usize, axis| inside(bench).slices[i].share_across(&lattice, axis);
     assert_eq!((share(&bench, 0, 2), share(&bench, 1, 1)), (Some(0.5), Some(0.5)));
-    bench.set_slider("Slice 2 place", 0.0);
+    bench.set_slider("Slice 2 position", 0.0);
     let first = 0.5 / lattice.dims[1] as f64;
     assert!((share(&bench, 1, 1).unwrap() - first).abs() < 1e-9);
     bench.choose("Slice 1 lies", "Across the view");
     assert_eq!(inside(&bench).slices[0].plane.normal, bench.camera().direction);
-    bench.set_slider("Slice 1 place", 50.0);
+    bench.set_slider("Slice 1 position", 50.0);
     bench.set_slider("Slice 1 opacity", 0.25);
     assert_eq!(inside(&bench).slices[0].opacity, 0.25);
     bench.harness.check_accessibility();
@@ -286,7 +286,7 @@ fn places_in_meshes_and_points_are_coordinates_and_their_box_opens_whole() {
         bench.set_slider("Along z to", high.z);
         assert_eq!(bounds(&bench), ClipBox::WHOLE, "{name}: its end is the volume's");
         press(&mut bench, "Add slice");
-        bench.set_slider("Slice 1 place", -0.25);
+        bench.set_slider("Slice 1 position", -0.25);
         let at = inside(&bench).slices[0].plane.point.z;
         assert!((at + 0.25).abs() < 1e-9, "{name}: {at}");
         press(&mut bench, "Remove slice 1");
@@ -308,6 +308,11 @@ fn a_slice_in_opaque_matter_says_why_nothing_is_seen_of_it() {
     tick(&mut bench, "Its points as a volume");
     assert!(!bench.shows(alone));
     assert!(says(&bench), "points are opaque at first");
+    press(&mut bench, "Fade the volume");
+    assert!(!says(&bench), "what hid it is faint");
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert!(says(&bench), "it is as it was");
     tick(&mut bench, "Clip box");
     assert!(says(&bench), "nothing is cut");
     // It is looked at from above.

@@ -28,7 +28,7 @@ fn a_mesh_opens_as_its_cells_which_the_data_panel_counts() {
     assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
     assert!(scene(&bench).volume().is_some_and(|volume| volume.cells.is_some()));
     // 24 around, five by five across; four by four cubes of six tetrahedra between them.
-    assert!(bench.tells("600") && bench.tells(&words::count(2304)) && bench.shows("Edges"));
+    assert!(bench.tells("600") && bench.tells(&words::count(2304)) && bench.shows("Median edge"));
     assert!(bench.tells(" by volume"), "points lie closer together here than there");
     // Evenly spaced samples stand for it only while it moves: they have no dimensions of their own.
     assert!(bench.shows("Sampled") && !bench.shows("Dimensions"));
@@ -43,7 +43,9 @@ fn a_mesh_opens_as_its_cells_which_the_data_panel_counts() {
 fn a_curvilinear_grid_is_told_by_its_own_points_and_cells() {
     let bench = opened("bent.vts");
     assert_eq!(scene(&bench).splat.kernel, Kernel::Cells);
-    assert!(bench.tells("5 × 4 × 3, curvilinear") && bench.tells("24") && bench.shows("Edges"));
+    assert!(
+        bench.tells("5 × 4 × 3, curvilinear") && bench.tells("24") && bench.shows("Median edge")
+    );
     assert!(bench.shows("Sampled") && !bench.shows("Dimensions") && !bench.shows("In the file"));
 }
 
@@ -95,7 +97,7 @@ fn scattered_points_open_as_ellipsoids_and_meshes_are_drawn_so_where_that_is_cho
     let mut bench = opened("points.csv");
     assert_eq!(scene(&bench).splat.kernel, Kernel::Ellipsoids);
     assert!(scene(&bench).volume().is_some_and(|volume| volume.cells.is_none()));
-    assert!(bench.tells("600") && !bench.shows("Edges"));
+    assert!(bench.tells("600") && !bench.shows("Median edge"));
     let spacing = scene(&bench).opacity_unit_distance();
     let share = spacing / scene(&bench).lattice().bounding_radius();
     assert!((0.01..0.2).contains(&share), "{spacing}");

@@ -94,7 +94,7 @@ fn every_part_has_a_switch_of_its_own_and_comes_back_as_it_was() {
     }
     tick(&mut bench, "Lights");
     bench.set_slider("Ambient", 0.5);
-    bench.set_slider("Exponent", 80.0);
+    bench.set_slider("Specular power", 80.0);
     let chosen = shading(&bench).lighting.expect("lights");
     assert_eq!((chosen.ambient, chosen.exponent), (0.5, 80.0));
     bench.harness.key_press(Key::L);

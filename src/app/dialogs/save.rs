@@ -47,6 +47,20 @@ pub struct SaveDialog {
     trouble: Option<&'static str>,
     /// The field of the path, once it was shown.
     file_field: Option<Id>,
+    /// What is at the path, once that was looked at.
+    found: Found,
+    /// The folder that is made where there is none: the one that the dialog came with.
+    own_folder: Option<PathBuf>,
+}
+
+/// What is at a path.
+#[derive(Debug, Default)]
+struct Found {
+    path: String,
+    /// There is a file, which would be replaced.
+    is_there: bool,
+    /// There is no such folder to write it into.
+    lacks_folder: bool,
 }
 
 impl SaveDialog {
@@ -70,6 +84,8 @@ impl SaveDialog {
             browser: None,
             trouble: None,
             file_field: None,
+            found: Found::default(),
+            own_folder: path.parent().map(std::path::Path::to_owned),
         }
     }
 
@@ -134,10 +150,17 @@ impl SaveDialog {
             if let Some(trouble) = self.trouble {
                 ui.label(trouble);
             }
+            self.look();
             let refusal = self.refusal();
+            let replaces =
+                self.found.is_there.then_some("There is a file of that name: it will be replaced");
+            if let Some(text) = refusal.or(replaces) {
+                ui.add(Label::new(RichText::new(text).color(theme::NOTE)).wrap());
+            }
+            let verb = if self.found.is_there { "Replace" } else { "Save" };
             let is_free = typed.is_none() || typed == self.file_field;
             let enter = is_free && ui.input(|input| input.key_pressed(Key::Enter));
-            buttons_ui(ui, "Save", refusal, enter, || SaveChoice {
+            buttons_ui(ui, verb, refusal, enter, || SaveChoice {
                 size: self.size,
                 with_background: self.with_background,
                 with_annotations: self.with_annotations && self.takes_annotations().is_ok(),
@@ -179,7 +202,7 @@ impl SaveDialog {
         let takes = self.takes_annotations();
         let mut never = false;
         let value = if takes.is_ok() { &mut self.with_annotations } else { &mut never };
-        let switch = Checkbox::new(value, "Write what is over the view");
+        let switch = Checkbox::new(value, "Include annotations");
         let shown = ui.add_enabled(takes.is_ok(), switch);
         let shown =
             shown.on_hover_text("Scalar bar, scale bar, axes, trihedron: those that are on");
@@ -222,11 +245,30 @@ impl SaveDialog {
         });
     }
 
+    /// Looks at what is at the path, once for each that is typed.
+    fn look(&mut self) {
+        let path = self.path.trim();
+        if path == self.found.path {
+            return;
+        }
+        let file = std::path::Path::new(path);
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let is_own = folder == self.own_folder.as_deref();
+        self.found = Found {
+            path: path.to_owned(),
+            is_there: file.is_file(),
+            lacks_folder: !is_own && folder.is_some_and(|folder| !folder.is_dir()),
+        };
+    }
+
     /// Why the picture cannot be saved like this.
     fn refusal(&self) -> Option<&'static str> {
         let path = self.path.trim().to_ascii_lowercase();
         match () {
             () if path.is_empty() => Some("Type where to save the picture"),
+            () if self.found.lacks_folder => {
+                Some("There is no such folder: make it, or choose another place")
+            }
             () if self.cycle.is_some() => match path.ends_with(".gif") || path.ends_with(".png") {
                 true => None,
                 false => Some("The file's name must end in .gif or .png"),
@@ -306,5 +348,24 @@ mod tests {
             dialog.path = bad.into();
             assert!(dialog.refusal().is_some(), "{bad}");
         }
+    }
+
+    #[test]
+    fn a_file_that_is_replaced_and_a_folder_that_is_missing_are_told() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name).display().to_string();
+        std::fs::write(at("old.png"), b"a picture").expect("a file");
+        let own = folder.path().join("pictures/a.png");
+        let mut dialog = SaveDialog::new([64, 48], true, true, &own);
+        let mut told = |path: String| {
+            dialog.path = path;
+            dialog.look();
+            (dialog.found.is_there, dialog.refusal())
+        };
+        assert_eq!(told(at("old.png")), (true, None));
+        assert_eq!(told(at("new.png")), (false, None));
+        assert!(told(at("none/new.png")).1.is_some_and(|why| why.contains("no such folder")));
+        assert_eq!(told(at("pictures/b.png")), (false, None), "its own folder is made");
+        assert_eq!(told("c.png".to_owned()), (false, None), "beside the program");
     }
 }

@@ -221,7 +221,7 @@ fn plane_ui(
         }
         remove_ui(ui, name, "Remove this plane")
     });
-    row_ui(ui, "Place", |ui| offset_ui(ui, &format!("{name} offset"), plane, lattice));
+    row_ui(ui, "Position", |ui| offset_ui(ui, &format!("{name} offset"), plane, lattice));
     removed
 }
 

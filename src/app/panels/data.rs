@@ -220,7 +220,7 @@ fn mesh_rows(
     rows.push(("Size", size, "Of the box about it, in the file's units"));
     if cells.median_edge() > 0.0 {
         let help = "The median length of the cells' edges, over which opacities are given";
-        rows.push(("Edges", words::value(cells.median_edge()), help));
+        rows.push(("Median edge", words::value(cells.median_edge()), help));
     }
     Some(rows)
 }

@@ -16,9 +16,13 @@ use crate::volume::{ScalarVolume, Statistics};
 
 /// What is said of a surface that cannot be seen for matter, and of one of which little is.
 const HIDDEN: [&str; 2] = [
-    "Hidden inside what is opaque: turn down the opacity, or clip",
-    "Mostly hidden inside what is opaque: turn down the opacity, or clip",
+    "Hidden inside what is opaque: fade the volume, or clip",
+    "Mostly hidden inside what is opaque: fade the volume, or clip",
 ];
+/// What is left of opacities where the volume is faded, and the least of a volume that can be: a hundred voxels of matter
+/// hide a fifth of what is behind.
+const FADED: f64 = 0.002;
+const LEAST_TO_FADE: f64 = 0.01;
 /// So much of a surface is next to nothing.
 const NEXT_TO_NOTHING: f64 = 0.05;
 /// What opacities of surfaces mean.
@@ -34,8 +38,10 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     let slices = inside.slices.iter().map(|slice| scene.little_seen_of_slice(slice));
     let little_seen: [Vec<Option<f64>>; 2] = [isosurfaces.collect(), slices.collect()];
     let note_of = |kind: usize, i: usize| {
-        let seen = little_seen[kind].get(i).copied().flatten();
-        seen.map(|seen| HIDDEN[usize::from(seen > NEXT_TO_NOTHING)])
+        let seen = little_seen[kind].get(i).copied().flatten()?;
+        let has_more = seen > NEXT_TO_NOTHING;
+        // Of an isosurface the far side and inner sheets always are behind something.
+        (kind == 1 || !has_more).then_some(HIDDEN[usize::from(has_more)])
     };
     let has_any = !(inside.isosurfaces.is_empty() && inside.slices.is_empty());
     if has_any && !scene.shows_field() {
@@ -84,6 +90,22 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
             |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
         let axis = [2, 1, 0].into_iter().min_by_key(|axis| on(*axis)).unwrap_or_default();
         slices.push(Slice { only_shown: true, ..Slice::across(lattice, axis, 0.5, 1.0) });
+    }
+    if has_any && scene.inside.along == AlongRay::Composite {
+        fade_ui(ui, scene);
+    }
+}
+
+/// Makes the volume faint about its surfaces and slices.
+fn fade_ui(ui: &mut Ui, scene: &mut Scene) {
+    let Some(transfer) = scene.transfer_mut() else { return };
+    let most = transfer.opacity.iter().fold(0.0_f64, |most, (_, opacity)| most.max(*opacity));
+    let fade = ui
+        .add_enabled(most > LEAST_TO_FADE, Button::new("Fade the volume"))
+        .on_hover_text("Turns all opacities down, so that surfaces and slices inside it are seen. Undo brings them back")
+        .on_disabled_hover_text("It is faint already");
+    if fade.clicked() {
+        transfer.opacity.iter_mut().for_each(|(_, opacity)| *opacity *= FADED);
     }
 }
 
@@ -204,8 +226,8 @@ fn slice_ui(
         shown.response.accessible_name(format!("{name} lies")).on_hover_text(help);
         remove_ui(ui, &name, "Remove it")
     });
-    row_ui(ui, "Place", |ui| {
-        let label = format!("{name} place");
+    row_ui(ui, "Position", |ui| {
+        let label = format!("{name} position");
         match across {
             Some(axis) => {
                 let share = slice.share_across(lattice, axis).unwrap_or(0.5);
@@ -218,8 +240,8 @@ fn slice_ui(
     });
     opacity_ui(ui, &name, &mut slice.opacity, HIDES);
     row_ui(ui, "", |ui| {
-        ui.checkbox(&mut slice.only_shown, "Only what shows")
-            .accessible_name(format!("{name} only what shows"))
+        ui.checkbox(&mut slice.only_shown, "Hide transparent parts")
+            .accessible_name(format!("{name} hides transparent parts"))
             .on_hover_text(
                 "Leaves out values that the transfer function makes transparent, such as the air around a head: what \
                  lies behind is seen through them. Without it the slice shows every value in its colour",
@@ -248,14 +270,15 @@ fn place_ui(
         let samples = volume.lattice.dims[axis] as f64;
         let mut sample = share * samples - 0.5;
         let slider = Slider::new(&mut sample, 0.0..=samples - 1.0).max_decimals(1);
-        let moved = slider_ui(ui, label, true, slider.clamping(SliderClamping::Edits));
+        let slider = slider.clamping(SliderClamping::Edits).update_while_editing(false);
+        let moved = slider_ui(ui, label, true, slider);
         let moved = moved.on_hover_text("The number of the sample that it passes, from 0");
         return moved.changed().then_some((sample + 0.5) / samples);
     };
     let ([low, high], mut coordinate) = (along.ends, along.at(share));
     let slider = Slider::new(&mut coordinate, low..=high).max_decimals(along.decimals());
     let unit = volume.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
-    let slider = slider.suffix(unit).clamping(SliderClamping::Edits);
+    let slider = slider.suffix(unit).clamping(SliderClamping::Edits).update_while_editing(false);
     let moved = slider_ui(ui, label, true, slider);
     let moved = moved.on_hover_text("The coordinate that it passes, as the file has it");
     moved.changed().then(|| along.share(coordinate))

@@ -54,10 +54,10 @@ pub(super) fn lighting_ui(ui: &mut Ui, lighting: &mut Lighting, camera: &Camera)
         let slider = Slider::new(share, 0.0..=1.0).clamping(SliderClamping::Edits);
         slider_row(ui, name, name, slider.max_decimals(2), help);
     }
-    row_ui(ui, "Exponent", |ui| {
+    row_ui(ui, "Specular power", |ui| {
         let slider = Slider::new(&mut lighting.exponent, EXPONENT).logarithmic(true);
         let slider = slider.clamping(SliderClamping::Edits).max_decimals(0);
-        slider_ui(ui, "Exponent", lighting.specular > 0.0, slider)
+        slider_ui(ui, "Specular power", lighting.specular > 0.0, slider)
             .on_hover_text("How small highlights are: the more, the smoother it looks")
             .on_disabled_hover_text("Nothing is mirrored: specular is 0");
     });

@@ -73,7 +73,7 @@ pub fn shading_ui(
     };
     let [opacity, modulation, reflection, emission] = &mut editor.tables;
     ui.add_space(2.0);
-    name_ui(ui, "Looked up by another quantity");
+    name_ui(ui, "By gradient strength or depth");
     amounts_ui(
         ui,
         (

@@ -225,7 +225,7 @@ fn back_end_words(splat: &SplatSettings) -> [&'static str; 2] {
 fn presets_ui(ui: &mut Ui, splat: &mut SplatSettings) {
     row_ui(ui, "Preset", |ui| {
         for (name, preset, help) in PRESETS {
-            let button = Button::new(name).selected(modes::same_mode(splat, &preset));
+            let button = Button::new(name).selected(modes::is_preset(splat, &preset));
             if ui.add(button).on_hover_text(help).clicked() {
                 *splat = modes::with_unit_distance_of(preset, splat);
             }

@@ -80,7 +80,7 @@ pub(super) fn files_of(
 
 fn is_one(path: &Path) -> bool {
     use std::io::Read;
-    let Ok((file, _)) = files::open_file(path) else { return false };
+    let Ok((file, _)) = files::look_into(path) else { return false };
     let mut start = Vec::new();
     file.take(START_BYTES).read_to_end(&mut start).is_ok() && looks_like_it(&start)
 }
