@@ -119,7 +119,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                 var to_t = t_far;
                 var u_ends = vec2<f32>(u_near, u_far);
                 var u_middle = 0.5 * (u_near + u_far);
-                var g_middle = mean_growth(g_near, g_far);
+                var growths = Growths(g_near, g_far);
                 let slab = slab_ahead(k, way, have);
                 if classify_middle {
                     from_t = t;
@@ -137,7 +137,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                 if classify_middle {
                     let u = here.value;
                     u_middle = u.x;
-                    g_middle = here.gradient;
+                    growths = Growths(here.gradient, here.gradient);
                     if u.x != NOTHING {
                         if has_widths {
                             found.near = classify_about(u.x, u.x, u.y).near;
@@ -152,19 +152,20 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                         from_t = slab.ts.x;
                         to_t = slab.ts.y;
                         if SHADED && kernel == CELLS && slab.us.x != NOTHING {
-                            var g = array(g_near, g_far);
-                            for (var i = 0u; i < 2u; i++) {
-                                if select(u_near, u_far, i == 1u) == NOTHING {
-                                    let end_t = select(from_t, to_t, i == 1u);
-                                    g[i] = slabs.table.y * growth_of_light(origin + direction * end_t);
-                                }
+                            if u_near == NOTHING {
+                                growths.near = slabs.table.y * growth_of_light(origin + direction * from_t);
                             }
-                            g_middle = mean_growth(g[0], g[1]);
+                            if u_far == NOTHING {
+                                growths.far = slabs.table.y * growth_of_light(origin + direction * to_t);
+                            }
                         } else if SHADED && slab.us.x != NOTHING && u_near == u_far {
                             let middle = origin + direction * (0.5 * (from_t + to_t));
-                            g_middle = slabs.table.y * growth_of_light(middle);
-                        } else {
-                            g_middle = select(select(g_middle, g_near, u_far == NOTHING), g_far, u_near == NOTHING);
+                            let g = slabs.table.y * growth_of_light(middle);
+                            growths = Growths(g, g);
+                        } else if u_near == NOTHING {
+                            growths.near = g_far;
+                        } else if u_far == NOTHING {
+                            growths.far = g_near;
                         }
                         u_ends = slab.us;
                         u_middle = 0.5 * (u_ends.x + u_ends.y);
@@ -206,7 +207,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                 k += way;
                 remaining -= 1;
                 if SHADED && found.near.w + found.far.w > 0.0 {
-                    found = shaded(found, u_middle, g_middle, 0.5 * (from_t + to_t), screen);
+                    found = shaded(found, u_middle, growths, 0.5 * (from_t + to_t), screen);
                 }
                 if holes_show {
                     // Boxes of samples without data: nothing is interpolated, nor lit.

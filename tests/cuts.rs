@@ -649,6 +649,64 @@ fn bricks_that_have_not_come_are_drawn_coarser_and_waited_for() {
     assert_eq!(db(&same, &whole), f64::INFINITY, "the same bits");
 }
 
+/// A window at rest ends in what has come, says how much it waits for, and goes on by itself when that comes: up to the finished
+/// picture, of which it is the same bytes as if all had been there.
+#[test]
+fn a_view_at_rest_is_drawn_on_when_bricks_come() {
+    let scene = opened("demo:head:48");
+    let ladder = Ladder::Octree;
+    let effort = Effort::Rest { budget_ms: 10.0, ladder, show_partial: false, converge_ms: 0.0 };
+    let request = FrameRequest { scene: scene.clone(), size: SIZE, effort };
+    let last = |engine: &Engine, wakes: &mpsc::Receiver<()>, is_last: &dyn Fn(&Picture) -> bool| {
+        let mut progress = 0.0;
+        loop {
+            let picture = next(engine, wakes);
+            assert!(picture.report.progress >= progress, "it does not go back");
+            progress = picture.report.progress;
+            if is_last(&picture) {
+                return picture;
+            }
+        }
+    };
+    let waiting = |picture: &Picture| match picture.report.level {
+        LevelOfDetail::Reduced { cut: Some(cut), is_timed: false, .. } => Some(cut.waiting),
+        _ => None,
+    };
+    let (all, wakes) = engine(EngineChoice::Native);
+    all.request(request.clone());
+    let whole = last(&all, &wakes, &|picture| picture.report.progress >= 1.0);
+
+    let bricks: usize = scene.lattice().dims.iter().map(|n| n.div_ceil(4) + 1).product();
+    let coarse = || Some(vec![2; bricks]);
+    let source =
+        Arc::new(Slow(Mutex::new(Coming { times: 0, finest: coarse(), wanted: Vec::new() })));
+    let (engine, wakes) = engine(EngineChoice::Native);
+    engine.take_bricks_from(Arc::clone(&source) as Arc<dyn BrickSource>);
+    engine.request(request);
+    let first = last(&engine, &wakes, &|picture| waiting(picture).is_some());
+    let wanted = source.wanted();
+    let lacked = waiting(&first).unwrap();
+    assert!(lacked > 0 && wanted.len() as u64 == lacked, "{lacked} {}", wanted.len());
+    assert!(first.report.progress < 1.0 && first.report.estimated_rmse.is_some_and(|e| e > 0.0));
+    // Nothing comes, and nothing is drawn.
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(engine.take_picture().is_none());
+    let mut finest = coarse().unwrap();
+    let half = &wanted[..wanted.len() / 2];
+    half.iter().for_each(|of| finest[of.brick as usize] = of.level);
+    source.let_in(Some(finest));
+    let second = last(&engine, &wakes, &|picture| waiting(picture).is_some());
+    assert_eq!(waiting(&second), Some(lacked - half.len() as u64));
+    source.let_in(None);
+    let finished = last(&engine, &wakes, &|picture| picture.report.progress >= 1.0);
+    assert!(finished.report.level.is_full());
+    assert!(finished.rgba == whole.rgba, "the same bytes");
+    let off = |picture: &Picture| voxsplat::task::estimate::shown_rmse(picture, &whole).unwrap();
+    let [first, second] = [&first, &second].map(|picture| accuracy::psnr_from_rmse(off(picture)));
+    println!("measured {first:.1} dB of the coarsest, {second:.1} dB with half of what it lacks");
+    assert!(second > first + 6.0, "{first} {second}");
+}
+
 /// What is chosen is as near as the best of all that is compared, of the size that each affords.
 #[test]
 fn the_choice_is_as_near_as_the_best_that_could_be_drawn() {

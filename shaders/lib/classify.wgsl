@@ -52,6 +52,12 @@ struct Halves {
     far: vec4<f32>,
 }
 
+// How the field grows on the two faces of a slab, or twice how it does at one place.
+struct Growths {
+    near: vec3<f32>,
+    far: vec3<f32>,
+}
+
 // Whether values between two faces, and so much beyond, along a parabola with so much `bend` (below), can lie in
 // cells that show.
 fn may_show(near: f32, far: f32, width: f32, bend: f32) -> bool {

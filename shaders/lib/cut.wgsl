@@ -170,7 +170,7 @@ fn ray_of_cut(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
             }
         }
         let u_middle = 0.5 * (u_near + u_far);
-        let g_middle = mean_growth(g_near, g_far);
+        let growths = Growths(g_near, g_far);
         var found = Halves(vec4<f32>(0.0), vec4<f32>(0.0));
         let is_slab = u_near != NOTHING && u_far != NOTHING;
         if is_slab {
@@ -200,7 +200,7 @@ fn ray_of_cut(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
         level_far = level_here;
         let middle_t = 0.5 * (from_t + to_t);
         if SHADED && found.near.w + found.far.w > 0.0 {
-            found = shaded(found, u_middle, g_middle, middle_t, screen);
+            found = shaded(found, u_middle, growths, middle_t, screen);
         }
         if holes_show {
             if is_slab && is_hole(origin + direction * middle_t) {

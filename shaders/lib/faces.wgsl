@@ -27,12 +27,6 @@ fn face(position: vec3<f32>) -> Face {
     return face_by_differences(position);
 }
 
-// The mean growth of a slab's faces. A surface and its back are lit alike: at the border of cells they do not cancel out.
-fn mean_growth(near: vec3<f32>, far: vec3<f32>) -> vec3<f32> {
-    let is_turned = growth == OF_LIT_CELLS && dot(near, far) < 0.0;
-    return 0.5 * (near + select(far, -far, is_turned));
-}
-
 // What light takes for the growth at a position of cells or ellipsoids, as stored.
 fn growth_of_light(position: vec3<f32>) -> vec3<f32> {
     if growth == OF_LIT_CELLS {

@@ -1,7 +1,7 @@
 // Westover's shading: tables of opacity, modulation, reflection and emission by any index, and
-// directional lights (`scene::shading` has the equations). A slab has one gradient: the mean of those on
-// its faces, which share their samples with the values there, or that in its middle where only that is
-// classified.
+// directional lights (`scene::shading` has the equations). A slab has the gradients on its faces, which share
+// their samples with the values there, or that in its middle where only that is classified. Lights fall on all
+// between the two, and tables look up their mean.
 
 const SHADED: bool = true;
 // Cells of each table.
@@ -102,9 +102,13 @@ struct Lit {
 // `share` of the lights falls on a face, and the rest on what scatters it to all sides: a half of it, as faces turned every way
 // do in the mean.
 fn lit_by(normal: vec3<f32>, eye: vec3<f32>, share: f32) -> Lit {
-    var found = Lit(vec3<f32>(shade.material.x), vec3<f32>(0.0));
     // Turned to the eye: what faces away shows its back.
-    let facing = select(normal, -normal, dot(normal, eye) < 0.0);
+    return lit_side(select(normal, -normal, dot(normal, eye) < 0.0), eye, share);
+}
+
+// The same of a face on the side of the eye.
+fn lit_side(facing: vec3<f32>, eye: vec3<f32>, share: f32) -> Lit {
+    var found = Lit(vec3<f32>(shade.material.x), vec3<f32>(0.0));
     for (var i = 0u; i < lights; i++) {
         let towards = shade.towards[i].xyz;
         let cosine = dot(facing, towards);
@@ -127,20 +131,82 @@ struct Facing {
     normal: vec3<f32>,
 }
 
-// Of a growth per index.
-fn facing(g: vec3<f32>) -> Facing {
-    let world = vec3<f32>(
+fn in_world(g: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
         dot(shade.world_x.xyz, g),
         dot(shade.world_y.xyz, g),
         dot(shade.world_z.xyz, g),
     );
+}
+
+fn greatest(v: vec3<f32>) -> f32 {
+    return max(abs(v.x), max(abs(v.y), abs(v.z)));
+}
+
+// Of a growth per index.
+fn facing(g: vec3<f32>) -> Facing {
+    let world = in_world(g);
     // By its greatest part: squares of tiny ones are 0.
-    let most = max(abs(world.x), max(abs(world.y), abs(world.z)));
+    let most = greatest(world);
     let scaled = world / max(most, 1e-37);
     let strength = most * length(scaled);
     let share = clamp(strength * shade.world_x.w - 1.0, 0.0, 1.0);
     let normal = select(vec3<f32>(0.0), -scaled / max(length(scaled), 1e-6), share > 0.0);
     return Facing(strength, share, normal);
+}
+
+fn add_lit(sum: ptr<function, Lit>, light: Lit, weight: f32) {
+    (*sum).colour += weight * light.colour;
+    (*sum).mirrored += weight * light.mirrored;
+}
+
+// Light on a face across a growth of some length, on one side. `strength` is 1 of a length where the least begins that has a
+// direction.
+fn lit_across(g: vec3<f32>, extent: f32, side: f32, eye: vec3<f32>, strength: f32) -> Lit {
+    let share = clamp(extent * strength - 1.0, 0.0, 1.0);
+    return lit_side(g * (side / max(extent, 1e-6)), eye, share);
+}
+
+// Light on a part of a slab, along which the growth goes straight from one to another and faces have one side to the eye: on the
+// faces at its ends, and on the one halfway in direction, which parts its length as theirs are. Each end is weighed by its length.
+fn lit_part(near: vec3<f32>, far: vec3<f32>, side: f32, eye: vec3<f32>, strength: f32) -> Lit {
+    let begin = length(near);
+    let end = length(far);
+    let share = 1.0 / max(begin + end, 1e-30);
+    let before = begin * share;
+    let behind = end * share;
+    let middle = behind * near + before * far;
+    let halfway = length(middle);
+    let near_weight = before * (begin / max(begin + halfway, 1e-30));
+    let far_weight = behind * (end / max(end + halfway, 1e-30));
+    var sum = Lit(vec3<f32>(0.0), vec3<f32>(0.0));
+    add_lit(&sum, lit_across(near, begin, side, eye, strength), near_weight);
+    add_lit(&sum, lit_across(middle, halfway, side, eye, strength), 1.0 - near_weight - far_weight);
+    add_lit(&sum, lit_across(far, end, side, eye, strength), far_weight);
+    return sum;
+}
+
+// Light on a slab, of the growths per index on its faces.
+fn lit_between(g_near: vec3<f32>, g_far: vec3<f32>, eye: vec3<f32>) -> Lit {
+    var near = in_world(g_near);
+    var far = in_world(g_far);
+    // By their greatest part: squares of tiny ones are 0.
+    let most = max(greatest(near), greatest(far));
+    near /= max(most, 1e-37);
+    far /= max(most, 1e-37);
+    let strength = most * shade.world_x.w;
+    let ways = vec2<f32>(dot(near, eye), dot(far, eye));
+    let side = select(1.0, -1.0, ways.x < 0.0);
+    if (ways.x < 0.0) == (ways.y < 0.0) {
+        return lit_part(near, far, side, eye, strength);
+    }
+    // Where it lies across the ray, faces turn their other side to the eye.
+    let share = abs(ways.x) / (abs(ways.x) + abs(ways.y));
+    let edge = mix(near, far, share);
+    var sum = Lit(vec3<f32>(0.0), vec3<f32>(0.0));
+    add_lit(&sum, lit_part(near, edge, side, eye, strength), share);
+    add_lit(&sum, lit_part(edge, far, -side, eye, strength), 1.0 - share);
+    return sum;
 }
 
 // A slab as the regions of the plane of value and gradient strength paint it (`transfer::regions` has the
@@ -178,12 +244,12 @@ fn painted(found: Halves, u: f32, strength: f32) -> Halves {
 }
 
 // Colours and weights of a slab whose middle is `t` pixels deep on the ray through a point of the
-// screen, with the value of cell `u` and growth `g` per index.
-fn shaded(slab: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
+// screen, with the value of cell `u` and the growths `g` per index on its faces, or twice that at one place.
+fn shaded(slab: Halves, u: f32, g: Growths, t: f32, screen: vec2<f32>) -> Halves {
     var point = Point(u, 0.0, vec3<f32>(0.0), 0.5 + 0.5 * t / shade.right.w);
     var share = 0.0;
     if uses_gradient {
-        let found_facing = facing(g);
+        let found_facing = facing(0.5 * (g.near + g.far));
         point.strength = found_facing.strength;
         share = found_facing.share;
         point.normal = found_facing.normal;
@@ -205,7 +271,13 @@ fn shaded(slab: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Halv
     }
     if lit {
         let along = (shade.right.xyz * screen.x + shade.up.xyz * screen.y) * shade.up.w;
-        let light = lit_by(point.normal, -normalize(shade.forward.xyz + along), share);
+        let eye = -normalize(shade.forward.xyz + along);
+        var light: Lit;
+        if !uses_gradient || all(g.near == g.far) {
+            light = lit_by(point.normal, eye, share);
+        } else {
+            light = lit_between(g.near, g.far, eye);
+        }
         near = near * light.colour + light.mirrored;
         far = far * light.colour + light.mirrored;
     }

@@ -8,6 +8,12 @@ struct Halves {
     far: vec4<f32>,
 }
 
+// The growths on the two faces of a slab, of which a sample has one at its place.
+struct Growths {
+    near: vec3<f32>,
+    far: vec3<f32>,
+}
+
 // As it is stored.
 fn stored(linear: u32) -> f32 {
     let chunk = linear / traversal.bricks.w;
@@ -72,5 +78,5 @@ fn classified(sample: vec3<i32>, linear: u32) -> vec4<f32> {
     let density = select(entry.w, opacity(entry.w), published);
     let half = vec4<f32>(entry.xyz, density);
     let depth = view.z - gather.view_centre.z;
-    return shaded(Halves(half, half), here, growth, depth, screen).near;
+    return shaded(Halves(half, half), here, Growths(growth, growth), depth, screen).near;
 }

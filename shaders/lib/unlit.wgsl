@@ -6,15 +6,11 @@ fn face(position: vec3<f32>) -> Face {
     return Face(value(position), vec3<f32>(0.0));
 }
 
-fn mean_growth(near: vec3<f32>, far: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(0.0);
-}
-
 fn growth_of_light(position: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(0.0);
 }
 
-fn shaded(found: Halves, u: f32, g: vec3<f32>, t: f32, screen: vec2<f32>) -> Halves {
+fn shaded(found: Halves, u: f32, g: Growths, t: f32, screen: vec2<f32>) -> Halves {
     return found;
 }
 

@@ -69,6 +69,12 @@ impl<S: Simd> Vec3<S> {
         self.x.mul_add(other.x, self.y.mul_add(other.y, self.z * other.z))
     }
 
+    /// The greatest part, whatever its sign.
+    #[inline(always)]
+    pub(super) fn greatest(self) -> Lanes<S> {
+        self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+
     /// One of two vectors of each ray.
     #[inline(always)]
     pub(super) fn choose(mask: Mask<S>, yes: Self, no: Self) -> Self {

@@ -35,6 +35,8 @@ pub(super) struct Light {
     radius_px: f64,
     /// Colours and opacities are by more than the lights: of each ray by itself.
     has_tables: bool,
+    /// Nearer to the mirrored light than this cosine, anything of it is seen.
+    least_mirrored: f32,
 }
 
 /// Where a value lies on a scale of its own: `of_zero` + `per_value` · value.
@@ -49,6 +51,24 @@ impl ValueScale {
     pub(super) const VALUES: Self = Self { of_zero: 0.0, per_value: 1.0 };
 }
 
+/// How the stored value grows, per index, where something is lit.
+#[derive(Clone, Copy)]
+pub(super) enum Growth<S: Simd> {
+    /// At the one place that is looked at.
+    At(Vec3<S>),
+    /// On both faces of a slab.
+    Between([Vec3<S>; 2]),
+}
+
+/// Faces that a part of a slab is lit by, turned to the eye.
+struct Faces<S: Simd> {
+    normals: [Vec3<S>; 3],
+    /// How much of the lights falls on each.
+    falls: [Lanes<S>; 3],
+    /// How much they scatter to all sides.
+    scattered: Lanes<S>,
+}
+
 /// What a gradient says of a surface.
 struct Facing<S: Simd> {
     strength: Lanes<S>,
@@ -57,6 +77,9 @@ struct Facing<S: Simd> {
     /// Down the gradient; 0 where it has no direction.
     normal: Vec3<S>,
 }
+
+/// Less than 1 in 2 to this power of a mirrored light is none.
+const LEAST_MIRRORED_BITS: f64 = 16.0;
 
 impl Light {
     /// `None` where a plan asks for none, or has no field.
@@ -99,6 +122,8 @@ impl Light {
                 || shading.reflection.is_some()
                 || shading.emission.is_some()
                 || !shading.painted().is_empty(),
+            least_mirrored: lighting
+                .map_or(1.0, |l| (-LEAST_MIRRORED_BITS / l.exponent).exp2() as f32),
         })
     }
 
@@ -107,8 +132,7 @@ impl Light {
         (size_of::<Self>() + size_of_val(&self.lights[..])) as u64
     }
 
-    /// The looks of slabs, or samples, whose middles are `t` pixels deep, of coordinate `u` on a scale of values and
-    /// growth `g` of the value there. `eye` is a unit vector towards the eye, in the world. Not inlined: it would be
+    /// The looks of slabs, or samples, whose middles are `t` pixels deep, of coordinate `u` on a scale of values. `eye` is a unit vector towards the eye, in the world. Not inlined: it would be
     /// compiled into every loop, and takes much longer than a call.
     #[inline(never)]
     pub(super) fn shaded<S: Simd>(
@@ -116,7 +140,7 @@ impl Light {
         simd: S,
         eye: (Vec3<S>, ValueScale),
         found: Halves<S>,
-        place: (Lanes<S>, Option<Vec3<S>>, Lanes<S>),
+        place: (Lanes<S>, Option<Growth<S>>, Lanes<S>),
     ) -> Halves<S> {
         simd.vectorize(
             #[inline(always)]
@@ -130,26 +154,30 @@ impl Light {
         simd: S,
         (eye, scale): (Vec3<S>, ValueScale),
         found: Halves<S>,
-        (u, g, t): (Lanes<S>, Option<Vec3<S>>, Lanes<S>),
+        (u, growth, t): (Lanes<S>, Option<Growth<S>>, Lanes<S>),
     ) -> Halves<S> {
-        let facing = g.map(
-            #[inline(always)]
-            |g| self.facing(simd, g),
-        );
         let mut found = found;
         let mut emission = None;
         if self.has_tables {
+            // Tables look up one growth of a slab: the mean.
+            let facing = match growth {
+                Some(Growth::At(growth)) => Some(self.facing(simd, growth)),
+                Some(Growth::Between([near, far])) => {
+                    Some(self.facing(simd, near.add(far).scaled(all(simd, 0.5))))
+                }
+                None => None,
+            };
             (found, emission) = self.by_tables(simd, scale, found, (u, facing.as_ref(), t));
         }
         if self.shading.lighting.is_some() {
-            let lit = match &facing {
-                Some(facing) => self.lit(simd, facing, eye),
+            let (factor, mirrored) = match growth {
+                Some(Growth::At(growth)) => self.lit(simd, &self.facing(simd, growth), eye),
+                Some(Growth::Between(growths)) => self.lit_between(simd, growths, eye),
                 None => (
                     Vec3::splat(simd, [self.material.map_or(1.0, |m| m[0]); 3]),
                     Vec3::splat(simd, [0.0; 3]),
                 ),
             };
-            let (factor, mirrored) = lit;
             for half in [&mut found.near, &mut found.far] {
                 half.colour = Vec3 {
                     x: half.colour.x.mul_add(factor.x, mirrored.x),
@@ -194,11 +222,20 @@ impl Light {
     }
 
     #[inline(always)]
+    fn in_world<S: Simd>(&self, simd: S, growth: Vec3<S>) -> Vec3<S> {
+        let [x, y, z] = self.world;
+        Vec3 {
+            x: Vec3::splat(simd, x).dot(growth),
+            y: Vec3::splat(simd, y).dot(growth),
+            z: Vec3::splat(simd, z).dot(growth),
+        }
+    }
+
+    #[inline(always)]
     fn facing<S: Simd>(&self, simd: S, g: Vec3<S>) -> Facing<S> {
-        let row = |i: usize| Vec3::splat(simd, self.world[i]).dot(g);
-        let world = Vec3 { x: row(0), y: row(1), z: row(2) };
+        let world = self.in_world(simd, g);
         // By its greatest part: squares of tiny ones are 0.
-        let most = world.x.abs().max(world.y.abs()).max(world.z.abs());
+        let most = world.greatest();
         let scaled = world.scaled(all(simd, 1.0) / most.max(all(simd, 1e-37)));
         let length = scaled.length();
         let strength = most * length;
@@ -212,29 +249,90 @@ impl Light {
     /// What lights make of surfaces: the factor of their colour, and what they mirror.
     #[inline(always)]
     fn lit<S: Simd>(&self, simd: S, facing: &Facing<S>, eye: Vec3<S>) -> (Vec3<S>, Vec3<S>) {
+        // Turned to the eye: what faces away shows its back.
+        let away = facing.normal.dot(eye).simd_lt(all(simd, 0.0));
+        let turned = facing.normal.scaled(choose(away, all(simd, -1.0), all(simd, 1.0)));
+        let (normals, falls) = ([turned], [facing.share]);
+        // The rest falls on what scatters it to all sides, as faces turned every way do in the mean.
+        let scattered = (all(simd, 1.0) - facing.share) * 0.5;
+        self.lit_faces(simd, (&normals, &falls), scattered, eye)
+    }
+
+    /// The same of slabs, of the growths on their faces (`scene::shading` has the rule).
+    #[inline(always)]
+    fn lit_between<S: Simd>(
+        &self,
+        simd: S,
+        [near, far]: [Vec3<S>; 2],
+        eye: Vec3<S>,
+    ) -> (Vec3<S>, Vec3<S>) {
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let (near, far) = (self.in_world(simd, near), self.in_world(simd, far));
+        // By their greatest part: squares of tiny ones are 0.
+        let most = near.greatest().max(far.greatest());
+        let scale = one / most.max(all(simd, 1e-37));
+        let (near, far) = (near.scaled(scale), far.scaled(scale));
+        let (near_way, far_way) = (near.dot(eye), far.dot(eye));
+        let (is_away, ends_away) = (near_way.simd_lt(zero), far_way.simd_lt(zero));
+        let side = choose(is_away, all(simd, -1.0), one);
+        let turns = is_away ^ ends_away;
+        let strength = most * self.per_strength;
+        if !any(turns) {
+            let Faces { normals, falls, scattered } =
+                faces(simd, [near, far], (side, one), strength);
+            return self.lit_faces(simd, (&normals, &falls), scattered, eye);
+        }
+        let (near_way, far_way) = (near_way.abs(), far_way.abs());
+        let share = near_way / (near_way + far_way).max(all(simd, 1e-37));
+        let share = choose(turns, share, one);
+        let back = far.add(near.scaled(all(simd, -1.0)));
+        let edge = near.at(back, share);
+        let first = faces(simd, [near, edge], (side, share), strength);
+        let second = faces(simd, [edge, far], (zero - side, one - share), strength);
+        let [a, b, c] = first.normals;
+        let [d, e, f] = second.normals;
+        let normals = [a, b, c, d, e, f];
+        let [a, b, c] = first.falls;
+        let [d, e, f] = second.falls;
+        let falls = [a, b, c, d, e, f];
+        self.lit_faces(simd, (&normals, &falls), first.scattered + second.scattered, eye)
+    }
+
+    /// What lights make of faces turned to the eye, each of which so much falls on.
+    #[inline(always)]
+    fn lit_faces<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        (normals, falls): (&[Vec3<S>; N], &[Lanes<S>; N]),
+        scattered: Lanes<S>,
+        eye: Vec3<S>,
+    ) -> (Vec3<S>, Vec3<S>) {
         let [ambient, diffuse, specular, exponent] = self.material.unwrap_or([1.0, 0.0, 0.0, 1.0]);
         let zero = all(simd, 0.0);
         let mut factor = Vec3::splat(simd, [ambient; 3]);
         let mut mirrored = Vec3::splat(simd, [0.0; 3]);
-        // Turned to the eye: what faces away shows its back.
-        let away = facing.normal.dot(eye).simd_lt(zero);
-        let turned = facing.normal.scaled(choose(away, all(simd, -1.0), all(simd, 1.0)));
         for &(towards, colour) in &self.lights {
             let towards = Vec3::splat(simd, towards);
-            let cosine = turned.dot(towards);
             let light = Vec3::splat(simd, colour);
-            let falls = light.scaled(facing.share);
-            // The rest falls on what scatters it to all sides, as faces turned every way do in the mean.
-            let evenly = (all(simd, 1.0) - facing.share) * 0.5;
-            let scattered = cosine.max(zero).mul_add(facing.share, evenly);
-            factor = factor.add(light.scaled(scattered * diffuse));
-            if specular > 0.0 {
-                let reflected = turned.scaled(cosine * 2.0).add(towards.scaled(all(simd, -1.0)));
-                let along = reflected.dot(eye).max(all(simd, 1e-6)).min(all(simd, 1.0));
-                let mirror = power(simd, along, all(simd, exponent));
-                let mirror = choose(cosine.simd_gt(zero), mirror, zero);
-                mirrored = mirrored.add(falls.scaled(mirror * specular));
+            let ahead = towards.dot(eye);
+            let (mut falling, mut mirror) = (scattered, zero);
+            for (normal, fall) in normals.iter().zip(falls) {
+                let cosine = normal.dot(towards);
+                falling = cosine.max(zero).mul_add(*fall, falling);
+                if specular > 0.0 {
+                    // R·V of the reflection R = 2(N·L)N − L.
+                    let along = (cosine * 2.0).mul_add(normal.dot(eye), zero - ahead);
+                    let is_seen =
+                        cosine.simd_gt(zero) & along.simd_gt(all(simd, self.least_mirrored));
+                    if any(is_seen) {
+                        let along = along.max(all(simd, 1e-6)).min(all(simd, 1.0));
+                        let seen = power(simd, along, all(simd, exponent));
+                        mirror = choose(is_seen, seen, zero).mul_add(*fall, mirror);
+                    }
+                }
             }
+            factor = factor.add(light.scaled(falling * diffuse));
+            mirrored = mirrored.add(light.scaled(mirror * specular));
         }
         (factor, mirrored)
     }
@@ -300,6 +398,39 @@ impl Light {
         }
         (found, emission.is_some().then_some(emitted))
     }
+}
+
+/// What a part of a slab is lit by, along which the growth goes straight from one to another and faces have one side to the
+/// eye: the faces at its ends, and the one halfway in direction, which parts its length as theirs are. Each end is weighed by its
+/// length. Growths may be on any scale; `strength` is 1 where the least that has a direction begins.
+#[inline(always)]
+fn faces<S: Simd>(
+    simd: S,
+    [near, far]: [Vec3<S>; 2],
+    (side, weight): (Lanes<S>, Lanes<S>),
+    strength: Lanes<S>,
+) -> Faces<S> {
+    let (zero, one, tiny) = (all(simd, 0.0), all(simd, 1.0), all(simd, 1e-30));
+    let (near_length, far_length) = (near.length(), far.length());
+    let share = one / (near_length + far_length).max(tiny);
+    let (before, behind) = (near_length * share, far_length * share);
+    let middle = near.scaled(behind).add(far.scaled(before));
+    let length = middle.length();
+    let near_weight = before * (near_length / (near_length + length).max(tiny));
+    let far_weight = behind * (far_length / (far_length + length).max(tiny));
+    let lengths = [near_length, length, far_length];
+    let weights = [near_weight, one - near_weight - far_weight, far_weight];
+    let mut normals = [near, middle, far];
+    let mut falls = [zero; 3];
+    let mut scattered = zero;
+    for i in 0..3 {
+        let share = (lengths[i].mul_add(strength, all(simd, -1.0))).max(zero).min(one);
+        let weight = weights[i] * weight;
+        falls[i] = weight * share;
+        scattered += (weight - falls[i]) * 0.5;
+        normals[i] = normals[i].scaled(side / lengths[i].max(all(simd, 1e-6)));
+    }
+    Faces { normals, falls, scattered }
 }
 
 fn set<S: Simd>(to: &mut Vec3<S>, lane: usize, colour: [f64; 3]) {

@@ -8,7 +8,7 @@ use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
 
 use super::lanes::{LANES, Lanes, Look, Vec3};
-use super::light::{Light, ValueScale};
+use super::light::{Growth, Light, ValueScale};
 use super::table::Halves;
 use crate::core::parallel;
 use crate::core::{Camera, Cancelled, Ticket, mapped};
@@ -397,7 +397,7 @@ impl Shader {
         let own = |c: usize| Lanes::from_fn(simd, |i| looks[i][c]);
         let look = Look { colour: Vec3 { x: own(0), y: own(1), z: own(2) }, weight: own(3) };
         let halves = Halves { near: look, far: Look::splat(simd, [0.0; 4]) };
-        let growth = self.light.uses_gradient.then(|| vec3(|seen| seen.growth));
+        let growth = self.light.uses_gradient.then(|| Growth::At(vec3(|seen| seen.growth)));
         let place = (lanes(|seen| seen.value), growth, lanes(|seen| seen.depth));
         let eye = vec3(|seen| seen.eye);
         let found = self.light.shaded(simd, (eye, ValueScale::VALUES), halves, place).near;

@@ -8,7 +8,7 @@ use super::kernels::Kernels;
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
 use super::lattice::{Finds, Lattice, Method};
 use super::levels::{Faces, Levels, Next, segments_of};
-use super::light::{self, Light};
+use super::light::{self, Growth, Light};
 use super::masks::Masks;
 use super::own::{Found, Own, OwnAlong, OwnLanded};
 use super::passing::{EVERY_SLAB, Kept, Passing, Sum};
@@ -387,14 +387,7 @@ impl Scene<'_> {
                             let a = near.growth(simd, (lattice, method, &self.levels), packet);
                             let b = far.growth(simd, (lattice, method, &self.levels), packet);
                             growths = [near.growth, far.growth];
-                            // A surface and its back are lit alike: at a border they do not cancel out.
-                            let is_turned = a.dot(b).simd_lt(all(simd, 0.0))
-                                & Mask::splat(
-                                    simd,
-                                    shader.is_of_borders && method == Method::Cells,
-                                );
-                            let b = b.scaled(choose(is_turned, -half, half));
-                            Some(b.at(a, half))
+                            Some(Growth::Between([a, b]))
                         } else {
                             None
                         };
@@ -493,9 +486,9 @@ impl Scene<'_> {
                     && light::shows(simd, &slab)
                 {
                     let growth = match stored.growth {
-                        Some(growth) if shader.uses_gradient => Some(growth),
+                        Some(growth) if shader.uses_gradient => Some(Growth::At(growth)),
                         None if shader.uses_gradient => {
-                            Some(lattice.gradient(simd, method, packet.at(t)))
+                            Some(Growth::At(lattice.gradient(simd, method, packet.at(t))))
                         }
                         _ => None,
                     };

@@ -171,7 +171,7 @@ impl Cut {
             let value = f64::midpoint(near.value, far.value);
             let growth = |face: &Face| self.growth(field, ray.index.at(face.t), face.level);
             let shaded =
-                |density| ray.shaded_with(density, t, value, || (growth(near) + growth(far)) / 2.0);
+                |density| ray.shaded_with(density, t, value, || [growth(near), growth(far)]);
             if far.level > 0 {
                 let density = shaded(classes.mean(near.value, far.value));
                 slices.push(Slice { slab, ends, density });

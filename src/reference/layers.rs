@@ -283,12 +283,12 @@ pub(super) fn classified(
                 // Cells: by the two ends of what is left of the slab.
                 [near, far] if field.cells.is_some() => {
                     let ends = [near.unwrap_or(low + inwards), far.unwrap_or(high - inwards)];
-                    ray.shaded_by(mean, t, value, &ends)
+                    ray.shaded_by(mean, t, value, ends)
                 }
                 // Others: by the faces that have a value; where neither has, by the middle.
-                [Some(low), Some(high)] => ray.shaded_by(mean, t, value, &[low, high]),
-                [Some(face), None] | [None, Some(face)] => ray.shaded_by(mean, t, value, &[face]),
-                [None, None] => ray.shaded_by(mean, t, value, &[t]),
+                [Some(low), Some(high)] => ray.shaded_by(mean, t, value, [low, high]),
+                [Some(face), None] | [None, Some(face)] => ray.shaded_by(mean, t, value, [face; 2]),
+                [None, None] => ray.shaded_by(mean, t, value, [t; 2]),
             }
         };
         let (near, far) = (half_slab(near, half), half_slab(half, far));

@@ -45,7 +45,7 @@ pub(super) struct RayShader<'a> {
 impl RayShader<'_> {
     /// A density at t, of this value and the gradient there.
     pub(super) fn shaded(&self, density: Density, t: f64, value: f64) -> Density {
-        self.shaded_by(density, t, value, &[t])
+        self.shaded_by(density, t, value, [t; 2])
     }
 
     /// The same with what lies beside it.
@@ -55,46 +55,41 @@ impl RayShader<'_> {
         sum
     }
 
-    /// A density at t, of this value and the mean of the gradients at some places of the ray.
+    /// The same of a slab, lit by the gradients at two places of the ray.
     pub(super) fn shaded_by(
         &self,
         density: Density,
         t: f64,
         value: f64,
-        places: &[f64],
+        [near, far]: [f64; 2],
     ) -> Density {
         let lit_cells = self
             .field
             .cells
             .as_ref()
             .filter(|_| self.shader.is_some_and(|shader| shader.shading.lights_borders()));
-        let growth = |place: DVec3| match lit_cells {
-            Some(cells) => cells.growth_for_light(place),
-            None => gradient(self.field, place),
+        let growth = |t: f64| match lit_cells {
+            Some(cells) => cells.growth_for_light(self.index.at(t)),
+            None => gradient(self.field, self.index.at(t)),
         };
         self.shaded_with(density, t, value, || {
-            let own = places.iter().map(|&t| growth(self.index.at(t)));
-            let sum = own.fold(DVec3::ZERO, |sum, own| {
-                // A surface and its back are lit alike: at a border they do not cancel out.
-                let is_turned = lit_cells.is_some() && sum.dot(own) < 0.0;
-                if is_turned { sum - own } else { sum + own }
-            });
-            sum / places.len() as f64
+            let first = growth(near);
+            [first, if far == near { first } else { growth(far) }]
         })
     }
 
-    /// A density at t, of this value and gradient per index.
+    /// The same of gradients per index.
     pub(super) fn shaded_with(
         &self,
         density: Density,
         t: f64,
         value: f64,
-        gradient: impl FnOnce() -> DVec3,
+        growths: impl FnOnce() -> [DVec3; 2],
     ) -> Density {
         let Some(shader) = self.shader.filter(|_| density[0] > 0.0) else { return density };
         let seen = Seen {
             value,
-            gradient: gradient(),
+            growths: growths(),
             place: self.world.at(t),
             eye: -self.world.step.normalize(),
         };
@@ -105,8 +100,8 @@ impl RayShader<'_> {
 /// A point that is shaded.
 struct Seen {
     value: f64,
-    /// Growth per index.
-    gradient: DVec3,
+    /// Growth per index, where it begins and where it ends.
+    growths: [DVec3; 2],
     /// World space.
     place: DVec3,
     /// Unit vector towards the eye.
@@ -162,7 +157,7 @@ impl SampleShader {
             None => -self.camera.direction,
         };
         let gradient = DVec3::new(growth(0), growth(1), growth(2));
-        self.shader.shaded(density, &Seen { value: here, gradient, place, eye })
+        self.shader.shaded(density, &Seen { value: here, growths: [gradient; 2], place, eye })
     }
 }
 
@@ -233,8 +228,9 @@ impl Shader {
     }
 
     fn shaded(&self, density: Density, seen: &Seen) -> Density {
-        let &Seen { value, gradient, place, eye } = seen;
-        let down = -(self.space.world_from_gradient * gradient);
+        let &Seen { value, growths, place, eye } = seen;
+        let downs = growths.map(|growth| -(self.space.world_from_gradient * growth));
+        let down = downs[0].midpoint(downs[1]);
         let strength = down.length();
         let share = self.space.lit_share(strength);
         let normal = if share > 0.0 { down / strength } else { DVec3::ZERO };
@@ -268,7 +264,7 @@ impl Shader {
             colour = table.at(index(table.index));
         }
         if let Some(lighting) = lighting {
-            colour = self.lit(colour, lighting, normal, eye, share);
+            colour = self.lit_between(colour, lighting, downs, eye);
         }
         if let Some(table) = emission {
             let emitted = table.at(index(table.index));
@@ -286,8 +282,64 @@ impl Shader {
         eye: DVec3,
         share: f64,
     ) -> [f64; 3] {
-        let Lighting { ambient, diffuse, specular, exponent, .. } = *lighting;
         let normal = if normal.dot(eye) < 0.0 { -normal } else { normal };
+        self.lit_side(colour, lighting, normal, eye, share)
+    }
+
+    /// The mean colour of a slab, down whose gradients on either side these vectors point (`scene::shading` has the rule).
+    fn lit_between(
+        &self,
+        colour: [f64; 3],
+        lighting: &Lighting,
+        [first, last]: [DVec3; 2],
+        eye: DVec3,
+    ) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        let mut add = |weight: f64, down: DVec3, side: f64| {
+            let strength = down.length();
+            let share = self.space.lit_share(strength);
+            let normal = if share > 0.0 { side * down / strength } else { DVec3::ZERO };
+            let lit = self.lit_side(colour, lighting, normal, eye, share);
+            sum.iter_mut().zip(lit).for_each(|(s, c)| *s += weight * c);
+        };
+        let mut part = |weight: f64, [first, last]: [DVec3; 2], side: f64| {
+            let [begin, end] = [first.length(), last.length()];
+            if begin + end == 0.0 {
+                return add(weight, first, side);
+            }
+            // Halfway in direction, which parts the length as the two ends are long.
+            let before = begin / (begin + end);
+            let middle = first.lerp(last, before);
+            let halfway = middle.length();
+            let of_end = |end: f64| if end > 0.0 { end / (end + halfway) } else { 0.0 };
+            let weights = [before * of_end(begin), (1.0 - before) * of_end(end)];
+            add(weight * weights[0], first, side);
+            add(weight * (1.0 - weights[0] - weights[1]), middle, side);
+            add(weight * weights[1], last, side);
+        };
+        let ways = [first, last].map(|down| down.dot(eye));
+        let [begins, ends] = ways.map(|way| if way < 0.0 { -1.0 } else { 1.0 });
+        if begins == ends {
+            part(1.0, [first, last], begins);
+        } else {
+            let share = ways[0].abs() / (ways[0].abs() + ways[1].abs());
+            let edge = first.lerp(last, share);
+            part(share, [first, edge], begins);
+            part(1.0 - share, [edge, last], ends);
+        }
+        sum
+    }
+
+    /// What lights make of a face whose normal is on the side of the eye.
+    fn lit_side(
+        &self,
+        colour: [f64; 3],
+        lighting: &Lighting,
+        normal: DVec3,
+        eye: DVec3,
+        share: f64,
+    ) -> [f64; 3] {
+        let Lighting { ambient, diffuse, specular, exponent, .. } = *lighting;
         let mut lit = colour.map(|c| c * ambient);
         for &(towards, light) in &self.lights {
             // What has no face scatters light to all sides, as faces turned every way do in the mean: half of it.
@@ -323,4 +375,81 @@ pub(super) fn gradient(field: &Field, place: DVec3) -> DVec3 {
             _ => 0.0,
         };
     DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat3;
+
+    use super::*;
+
+    /// Lit as usual, from beside the eye.
+    fn shader(lighting: &Lighting) -> Shader {
+        Shader {
+            shading: Shading { lighting: Some(lighting.clone()), ..Shading::default() },
+            space: ShadingSpace {
+                world_from_gradient: DMat3::IDENTITY,
+                least_strength: 1e-4,
+                radius: 1.0,
+            },
+            published: false,
+            lights: vec![(DVec3::new(-0.3, 0.4, 1.0).normalize(), [1.0; 3])],
+            centre: DVec3::ZERO,
+            forward: DVec3::NEG_Z,
+        }
+    }
+
+    /// Whichever way the growth turns between two faces, and however little is left of it on the way: where one light for the
+    /// mean growth may be off by all of it.
+    #[test]
+    fn a_slab_is_lit_as_all_that_lies_between_its_faces_is_in_the_mean() {
+        let lighting = Lighting::default();
+        let shader = shader(&lighting);
+        let mut seed = 12_345_u64;
+        let mut random = || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let lit = |down: DVec3| {
+            let strength = down.length();
+            let share = shader.space.lit_share(strength);
+            shader.lit([1.0; 3], &lighting, down / strength, DVec3::Z, share)[0]
+        };
+        let (mut ours, mut of_one) = ([0.0_f64; 2], [0.0_f64; 2]);
+        const PAIRS: usize = 2000;
+        for i in 0..PAIRS {
+            let mut vector = || DVec3::new(random(), random(), random()) * 10.0;
+            let first = vector();
+            let last = match i % 2 {
+                0 => vector(),
+                // Nearly to the other side of where it began.
+                _ => vector() * 0.01 - first * (0.2 + i as f64 / PAIRS as f64),
+            };
+            let steps = 4000;
+            let all = (0..steps).map(|k| lit(first.lerp(last, (k as f64 + 0.5) / steps as f64)));
+            let truth = all.sum::<f64>() / steps as f64;
+            let found = shader.lit_between([1.0; 3], &lighting, [first, last], DVec3::Z)[0];
+            for (sums, value) in [(&mut ours, found), (&mut of_one, lit(first.midpoint(last)))] {
+                let off = (value - truth).abs();
+                *sums = [sums[0].max(off), sums[1] + off * off];
+            }
+        }
+        let [ours, of_one] = [ours, of_one].map(|[most, sum]| [most, (sum / PAIRS as f64).sqrt()]);
+        println!("measured: {ours:.4?}, one light {of_one:.4?}");
+        assert!(ours[0] < 0.15 && ours[1] < 0.02, "{ours:?}");
+        assert!(of_one[0] > 0.5 && of_one[1] > 0.1, "{of_one:?}");
+    }
+
+    /// Neither a length of 0 nor one that nothing is a part of is divided by.
+    #[test]
+    fn slabs_without_any_growth_are_lit_from_all_sides() {
+        let lighting = Lighting::default();
+        let shader = shader(&lighting);
+        for ends in [[DVec3::ZERO; 2], [DVec3::ZERO, DVec3::X], [DVec3::Z, DVec3::ZERO]] {
+            let lit = shader.lit_between([1.0; 3], &lighting, ends, DVec3::Z);
+            assert!(lit.iter().all(|c| c.is_finite() && *c > 0.2), "{ends:?}: {lit:?}");
+        }
+    }
 }

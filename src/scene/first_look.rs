@@ -42,8 +42,8 @@ const LEAST_NOISELESS_SHARPNESS: f64 = 0.16;
 /// Slices so many times as thick as the pixels in them are wide are thick: a spline through their samples swings
 /// between them, and faces that cross them get terraces.
 const THICK: f64 = 3.0;
-/// A lit volume of few samples is cut into slabs so thin that there are about as many along its longest side, since a slab
-/// has one gradient: faces that cross slabs many pixels thick show rings.
+/// A lit volume of few samples is cut into slabs so thin that there are about as many along its longest side, since slabs
+/// know the gradient on their faces alone: faces that cross slabs many pixels thick show rings.
 const LIT_SLABS: f64 = 256.0;
 /// But no thinner than this many to a sample, where none is left (EMD-3197.map, 20³; of demo:head, 128³, two leave traces).
 const MOST_LIT_SLABS: f64 = 4.0;

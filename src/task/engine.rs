@@ -23,10 +23,11 @@ use serde::Serialize;
 
 pub use crate::gpu::{AdapterChoice, OctreeBuilder};
 
+use super::cuts::BrickSource;
 pub use super::engines::{Choice, EngineChoice, EngineKind};
 use super::estimate::Checked;
 use super::level::LevelOfDetail;
-use super::remaining::WITHIN_DB;
+use super::remaining::{Told, WITHIN_DB};
 use super::still::{Convergence, Still, StillError, StillRequest};
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Renderer, Wishes};
@@ -161,6 +162,8 @@ pub struct FrameReport {
     pub remaining_rmse: Option<f64>,
     /// What that may be off by, dB.
     pub remaining_within_db: f64,
+    /// What is thought of it until then.
+    pub remaining_thought: Option<Told>,
     /// On `full` and the finer ones after it: what the coarse picture of the same view was thought to be
     /// off by, and was.
     pub checked: Option<Checked>,
@@ -229,6 +232,7 @@ impl FrameReport {
             estimated_rmse: None,
             remaining_rmse: None,
             remaining_within_db: WITHIN_DB,
+            remaining_thought: None,
             checked: None,
             refined: None,
             effects: Vec::new(),
@@ -314,6 +318,8 @@ struct Slot {
     picture: Option<Arc<Picture>>,
     state: EngineState,
     adapter_name: Option<String>,
+    /// Where bricks come from, until the thread has taken it.
+    source: Option<Arc<dyn BrickSource>>,
     /// For the tests of what happens then.
     trouble: Option<Trouble>,
 }
@@ -412,6 +418,7 @@ impl Engine {
                 picture: None,
                 state: EngineState::Starting,
                 adapter_name: None,
+                source: None,
                 trouble: None,
             }),
             posted: Condvar::new(),
@@ -507,6 +514,12 @@ impl Engine {
         slot.choice = Some(engine);
         drop(slot);
         self.shared.posted.notify_one();
+    }
+
+    /// From the next request on bricks of fields come from a source; without one all are there. A view at rest ends in a picture
+    /// of all that has come, and is drawn on when more does. Never blocks.
+    pub fn take_bricks_from(&self, source: Arc<dyn BrickSource>) {
+        self.shared.lock().source = Some(source);
     }
 
     /// Loses the device before the next request, for the test of what happens then.

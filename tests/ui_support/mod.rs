@@ -221,6 +221,7 @@ fn gradient(request: &FrameRequest) -> Picture {
         progress: if moving { 0.0 } else { 1.0 },
         estimated_rmse: moving.then_some(0.0282),
         remaining_rmse: None,
+        remaining_thought: None,
         checked: (!moving).then_some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0316 }),
         refined,
         effects: match Shading::is_shown_by(&request.scene.splat) {

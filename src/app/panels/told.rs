@@ -11,7 +11,7 @@ use crate::task::draw::CutLevels;
 use crate::task::engine::{EngineState, FrameReport, KernelCounts};
 use crate::task::estimate::Checked;
 use crate::task::level::{LevelOfDetail, SlabField};
-use crate::task::remaining::WITHIN_DB;
+use crate::task::remaining::{Told, WITHIN_DB};
 
 /// What the numbers of dB in the sentences mean.
 pub(super) const DECIBELS: &str = "dB says how near a picture is to the exact one, which slabs of no thickness would \
@@ -99,6 +99,9 @@ fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<St
             })
         }
         (LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_), None) => {
+            if let Some(Told { rmse, within_db }) = report.remaining_thought {
+                return Some(words::decibels_within(psnr_from_rmse(rmse), within_db));
+            }
             let name = match mode.kernel {
                 _ if modes::is_exact(mode) => "exact mode",
                 Kernel::Functions => "basis functions",
@@ -328,7 +331,13 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
             words::decibels(point.db)
         );
     }
-    NOT_FOUND.to_owned()
+    match report.remaining_thought {
+        Some(Told { rmse, within_db }) => {
+            let thought = words::decibels_within(psnr_from_rmse(rmse), within_db);
+            format!("{}, as such pictures mostly are. {NOT_FOUND}", words::capital(&thought))
+        }
+        None => NOT_FOUND.to_owned(),
+    }
 }
 
 /// A greatest difference, 1 being white, rounded up to one digit: `0.08 %`.

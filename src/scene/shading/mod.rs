@@ -9,9 +9,16 @@
 //! - light: emission + reflection · (ambient + diffuse Σ Iⱼ max(N·Lⱼ, 0))
 //!   + specular Σ Iⱼ max(Rⱼ·V, 0)ⁿ, where N·Lⱼ > 0.
 //!
-//! After reconstruction, points are slabs, with the field's gradient; shaded first ([`Classify::Before`]),
-//! they are samples, with that of the samples beside them: central differences, one-sided at the borders
-//! and beside samples without data. V and the depth in the view are those of the sample's own place.
+//! After reconstruction, points are slabs, with the field's gradient: that in the middle where only the value there is
+//! classified ([`Classify::After`], [`Classify::Mean`]), else those on the two faces. Tables look up the mean of the two. Lights
+//! fall on all gradients of the straight line from one to the other, which changes its direction as the field's does, quickly where
+//! it is short: it is parted where it lies across V, since N changes its side there, and each part g₀..g₁ once more halfway in
+//! direction, at a share s = |g₀| / (|g₀| + |g₁|) of it; what is left is lit as its ends are, each weighed by its gradient's length.
+//! So light is of second order in how thick slabs are. One light for the mean gradient would be off by all of a light's
+//! brightness in slabs within which N turns, however thin, and pictures would converge at first order.
+//!
+//! Shaded first ([`Classify::Before`]), points are samples, with that of the samples beside them: central differences,
+//! one-sided at the borders and beside samples without data. V and the depth in the view are those of the sample's own place.
 //!
 //! Where cells end, lights fall on their border rather than on the gradient behind it ([`crate::cells::ShadingNormals`],
 //! [`Shading::lights_borders`]).

@@ -80,6 +80,11 @@ impl Arrived {
         is_other
     }
 
+    /// Whether anything has come since.
+    pub(super) fn has_news(&self) -> bool {
+        self.seen != Some(self.source.coming())
+    }
+
     /// By brick; see [`BrickSource::finest`].
     pub(super) fn finest(&self) -> Option<&[u8]> {
         self.finest.as_deref()

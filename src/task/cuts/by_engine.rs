@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use super::{Known, MeansOfLevels, why_no_cut};
+use super::bricks::{Known, MeansOfLevels};
+use super::why_no_cut;
 use crate::core::{Cancelled, Ticket};
 use crate::native::StoredLevels;
 use crate::plan::{Plan, SlabField};

@@ -4,7 +4,8 @@
 //! 20 dB, so it is measured: a small picture of each beside one of all of the field. From these on, what is thought of another
 //! view or transfer function follows the errors of bricks.
 
-use super::{Candidate, CutNumber, FieldCuts, SEEN_SHARE};
+use super::candidate::Candidate;
+use super::{CutNumber, FieldCuts};
 use crate::core::{LinearRgb, Projection};
 use crate::plan::{Plan, SlabField, Way};
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer, background_light};
@@ -21,6 +22,11 @@ const SAME_VIEW: f64 = 0.87;
 const LEAST_REST: f64 = 0.2;
 /// A pixel is covered where it hides so much of what lies behind.
 const COVERED: f32 = 1.0 / 255.0;
+
+/// A picture's RMSE as a share of what its bricks' errors would come to if nothing hid them, until it is found in the picture
+/// (`measured`): it differs from scan to scan, and the least errors add up along rays, so that this alone is 20 dB too good to 12
+/// too bad (`benches/results/cuts.md`).
+const SEEN_SHARE: f64 = 0.5;
 
 /// What was found in a view.
 #[derive(Debug)]

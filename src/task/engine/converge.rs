@@ -9,6 +9,7 @@ use super::{FrameRequest, Refined};
 use crate::scene::{MOST_SLABS_PER_VOXEL, Scene, SplatSettings, Visibility};
 use crate::task::draw::{DrawError, Rung};
 use crate::task::level::LevelOfDetail;
+use crate::task::remaining::Told;
 use crate::task::still::{CONVERGED, Convergence};
 
 /// Doublings that are thought to be needed before any was drawn: 3 to 5 on the demos shells,
@@ -157,6 +158,9 @@ impl Worker {
             picture.report.backend = backend;
             picture.report.refined = Some(doublings.report());
             picture.report.checked = checked;
+            let thought = Told::thought(&request.plan(), self.last_told.as_ref());
+            let doubled = slabs_per_voxel / request.scene.splat.slabs_per_voxel;
+            picture.report.remaining_thought = Some(thought.with_slabs_doubled(doubled.log2()));
             let picture = Arc::new(picture);
             self.publish(Arc::clone(&picture));
             last = Some(LastOfView { request: finer, picture });

@@ -6,7 +6,7 @@ use super::rungs::{Manner, Watch, no_device};
 use super::worker::Worker;
 use super::{FrameRequest, Picture};
 use crate::task::draw::{DrawError, Rung};
-use crate::task::remaining;
+use crate::task::remaining::{self, Told};
 
 /// The last picture of a view, and its request with the slabs that it came to.
 pub(super) struct LastOfView {
@@ -47,7 +47,9 @@ impl Worker {
         let mut watch = Watch::new(self, &request, manner, &drawer);
         let found = remaining::of_finished(&mut drawer, &plan, &light, &mut watch);
         self.drawer = Some(drawer);
-        let remaining::Told { rmse, within_db } = remaining::Told::of(&plan, found)?;
+        let found = Told::of(&plan, found)?;
+        let Told { rmse, within_db } = found;
+        self.last_told = Some((plan, found));
         let mut told = (*picture).clone();
         (told.report.remaining_rmse, told.report.remaining_within_db) = (Some(rmse), within_db);
         let told = Arc::new(told);

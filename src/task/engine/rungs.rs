@@ -18,6 +18,7 @@ use crate::task::engines::{Canvas, EngineKind};
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::level::LevelOfDetail;
 use crate::task::previews::Reduction;
+use crate::task::remaining::Told;
 
 /// How often progress within a rung is announced.
 const PROGRESS_EVERY: Duration = Duration::from_millis(250);
@@ -49,6 +50,8 @@ const CUT_STEP: f64 = 4.0;
 const LEAST_CUT_MS: f64 = 40.0;
 /// And none that is not thought to be off by this share at most of what the one before it is.
 const NEARER: f64 = 0.8;
+/// Share of the whole way, at most, that is done while bricks have not come.
+const WITHOUT_ALL_BRICKS: f64 = 0.99;
 /// A rung that is not so many times sharper than what is on the screen is left out.
 const WORTH_SHARPENING: f64 = 1.5;
 
@@ -69,9 +72,11 @@ impl Worker {
                 let makes_same =
                     |seen: &FrameRequest| seen.size == size && seen.scene.makes_same_picture(scene);
                 let finished = self.finished.take().filter(|(seen, _)| makes_same(seen));
-                // Only how far to go has changed: nothing coarse is shown again, and nothing drawn
+                // Only how far to go has changed, or more bricks have come: nothing coarse is shown again, and nothing drawn
                 // that is there already.
-                let ladder = if finished.is_some() { Ladder::AtOnce } else { ladder };
+                let goes_on = self.lacking.take().is_some_and(|seen| makes_same(&seen));
+                let goes_on = goes_on || finished.is_some();
+                let ladder = if goes_on { Ladder::AtOnce } else { ladder };
                 if let Some((seen, full)) = finished
                     && ends_in_full(request, full.report.frame_ms)
                 {
@@ -121,13 +126,21 @@ impl Worker {
                         return Err(DrawError::Interrupted);
                     }
                     let show_partial = show_partial && rung == Rung::Full;
-                    let (before, after) = (i as f64 * step, (i + 1) as f64 * step);
+                    let (before, mut after) = (i as f64 * step, (i + 1) as f64 * step);
+                    if let Rung::Bricks { .. } = rung {
+                        after = after.min(WITHOUT_ALL_BRICKS);
+                    }
                     let manner = Manner::InPieces { show_partial, before, after };
                     full_ms = self.rung(request, rung, manner, rungs.get(i + 1).copied())?;
                     if self.finished.is_some() {
                         // By a budget that affords every ray.
                         break;
                     }
+                }
+                if self.finished.is_none() {
+                    // Not of all bricks: it is drawn on when more come.
+                    self.lacking = Some(request.clone());
+                    return Ok(());
                 }
                 if let Some(doublings) = doublings(request, full_ms)
                     && let Some(last) = self.converge(request, doublings, share)?
@@ -147,6 +160,7 @@ impl Worker {
         budget_ms: f64,
         ticket: &Ticket,
     ) -> Result<(), DrawError> {
+        self.lacking = None;
         let (scene, plan) = (&request.scene, request.plan());
         let quick_ms = budget_ms.min(QUICK_MS);
         let longer = (budget_ms > QUICK_MS).then_some(Rung::Coarse { budget_ms });
@@ -286,7 +300,11 @@ impl Worker {
             // Nobody wants to see flash up again what was cut away, nor what is embedded vanish.
             rungs.retain(|rung| !matches!(rung, Rung::Subsampled { .. } | Rung::Cheaper(_)));
         }
-        rungs.push(Rung::Full);
+        // The finished picture is of all bricks, and until all have come there is one of those that have.
+        rungs.push(match drawer.lacks_bricks(plan) {
+            true => Rung::Bricks { max_error: 0.0 },
+            false => Rung::Full,
+        });
         Ok(rungs)
     }
 
@@ -344,6 +362,8 @@ impl Worker {
         }
         if rung == Rung::Full {
             self.check(request, &mut picture);
+            let thought = Told::thought(&plan, self.last_told.as_ref());
+            picture.report.remaining_thought = Some(thought);
             note_refined(request, &mut picture);
         }
         let picture = Arc::new(picture);

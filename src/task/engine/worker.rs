@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, PoisonError};
+use std::time::Duration;
 
 use super::next::LastDrawn;
 use super::rungs::Unchecked;
@@ -10,13 +11,19 @@ use super::{
 };
 use crate::core::Ticket;
 use crate::gpu::{GpuError, Wishes};
+use crate::plan::Plan;
+use crate::task::cuts::BrickSource;
 use crate::task::draw::{DrawError, Drawer};
 use crate::task::engines::{Choice, Engines};
 use crate::task::estimate::Estimator;
+use crate::task::remaining::Told;
 use crate::task::still::{self, Still, StillError};
 
 /// Rebuilds of a lost device for one request.
 pub(super) const REBUILDS: u32 = 2;
+
+/// Between two looks whether bricks have come that a view at rest lacks.
+const LOOK_FOR_BRICKS: Duration = Duration::from_millis(50);
 
 /// What is said where drawing came upon an error of its own, which is told where it happened.
 const FAILED: &str = "expected a picture, found an error of the program's own; change the view to try again, or report it";
@@ -44,6 +51,12 @@ pub(super) struct Worker {
     pub(super) last_reduced: Option<LastDrawn>,
     /// The way up that was asked for last.
     pub(super) last_ladder: Option<Ladder>,
+    /// What a finished picture was found to be off by last.
+    pub(super) last_told: Option<(Plan, Told)>,
+    /// Where bricks come from, if not all are there.
+    source: Option<Arc<dyn BrickSource>>,
+    /// The view at rest of which not all bricks have come.
+    pub(super) lacking: Option<FrameRequest>,
 }
 
 impl Worker {
@@ -67,6 +80,9 @@ impl Worker {
             last_full: None,
             last_reduced: None,
             last_ladder: None,
+            last_told: None,
+            source: None,
+            lacking: None,
         }
     }
 
@@ -77,11 +93,20 @@ impl Worker {
         } else {
             self.announce(EngineState::Idle);
         }
+        let shared = Arc::clone(&self.shared);
         loop {
             let posted = {
-                let mut slot = self.shared.lock();
+                let mut slot = shared.lock();
                 while slot.is_empty() && slot.idle_work_is_none() && !slot.stop {
-                    slot = self.shared.posted.wait(slot).unwrap_or_else(PoisonError::into_inner);
+                    if self.lacking.is_none() {
+                        slot = shared.posted.wait(slot).unwrap_or_else(PoisonError::into_inner);
+                        continue;
+                    }
+                    let waited = shared.posted.wait_timeout(slot, LOOK_FOR_BRICKS);
+                    (slot, _) = waited.unwrap_or_else(PoisonError::into_inner);
+                    if slot.is_empty() && self.drawer.as_ref().is_some_and(Drawer::bricks_came) {
+                        slot.frame.clone_from(&self.lacking);
+                    }
                 }
                 if slot.stop {
                     return;
@@ -126,6 +151,7 @@ impl Worker {
         self.choice.engine = choice;
         self.drop_device();
         (self.finished, self.last_full, self.last_reduced) = (None, None, None);
+        self.lacking = None;
         self.coarse.clear();
         let mut slot = self.shared.lock();
         slot.frame = slot.frame.take().or_else(|| self.last.clone());
@@ -153,11 +179,19 @@ impl Worker {
         if self.drawer.is_none() {
             let engines = Engines::new(self.choice.clone(), self.wishes)?;
             self.shared.lock().adapter_name = Some(engines.name());
-            self.drawer = Some(Drawer::with(engines));
+            let mut drawer = Drawer::with(engines);
+            if let Some(source) = &self.source {
+                drawer.take_bricks_from(Arc::clone(source));
+            }
+            self.drawer = Some(drawer);
         }
         let Some(drawer) = &mut self.drawer else {
             return Err(GpuError::Device("no device".to_owned()));
         };
+        if let Some(source) = self.shared.lock().source.take() {
+            drawer.take_bricks_from(Arc::clone(&source));
+            self.source = Some(source);
+        }
         let trouble = self.shared.lock().trouble.take_if(|trouble| *trouble != Trouble::Panic);
         if let Some(renderer) = drawer.engines.made_gpu() {
             match trouble {
