@@ -1,7 +1,6 @@
 //! Cells as words on the device, in the place of a field's coefficients (`shaders/lib/cells.wgsl`).
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::GpuError;
 use crate::cells::{CellField, Kind, Listed, Placed, Rim};
@@ -34,8 +33,7 @@ pub(super) fn words(
     let axes = lattice.axes();
     let index_from_world = axes.inverse();
     let place = |world: DVec3| index_from_world * (world - lattice.origin);
-    let is_there: Vec<bool> =
-        (0..cells.solids().len()).into_par_iter().map(|solid| field.is_there(solid)).collect();
+    let is_there = field.drawn(ticket).map_err(|_| GpuError::Cancelled)?;
     let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)
         .map_err(|_| GpuError::Cancelled)?;
     let growths = field.growths(ticket).map_err(|_| GpuError::Cancelled)?;
