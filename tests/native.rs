@@ -180,6 +180,33 @@ fn small_pictures_of_many_cells_are_means_of_larger_ones() {
     }
 }
 
+/// Of many cells the first quick picture is of samples, which are there long before the cells are listed, at rest and while a hand
+/// moves; the finished one is of the cells.
+#[test]
+fn many_cells_are_first_seen_by_their_samples() {
+    let mut scene = opened("demo:mesh:16");
+    scene.splat = SplatSettings::CELLS;
+    let rest = Effort::Rest {
+        budget_ms: 20.0,
+        ladder: Ladder::Octree,
+        show_partial: false,
+        converge_ms: 0.0,
+    };
+    for effort in [rest, Effort::Moving { budget_ms: 20.0 }] {
+        let (sender, news) = mpsc::channel();
+        let engine =
+            Engine::start(EngineChoice::Native, move || sender.send(()).unwrap_or_default());
+        engine.request(FrameRequest { scene: scene.clone(), size: SIZE, effort });
+        let first = wait(&engine, &news, |_| true);
+        assert!(first.report.native_loop.is_some_and(|name| name.contains("tents")), "{effort:?}");
+        assert!(first.report.progress < 1.0);
+        engine.request(FrameRequest { scene: scene.clone(), size: SIZE, effort: rest });
+        let full = wait(&engine, &news, |picture| picture.report.level.is_full());
+        assert_eq!(full.rgba, still(&engine, &scene).unwrap().rgba);
+        assert_ne!(full.report.native_loop, first.report.native_loop);
+    }
+}
+
 /// Each sample by itself, in slices and sheets, in slabs: rays gather them, and the looks of samples are made once.
 #[test]
 fn what_is_shaded_first_is_drawn_without_an_adapter_in_every_way() {

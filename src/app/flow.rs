@@ -131,6 +131,7 @@ impl Window {
         match ended {
             Ended::Finished(Ok(mesh)) => {
                 let source = SampleSource::made(mesh.name());
+                let (places, name) = (mesh.places(), mesh.name().to_owned());
                 let mut layer = PolygonLayer::new(Arc::new(mesh));
                 let is_of_name = |old: &Layer| {
                     (&old.source.path, &old.source.field) == (&source.path, &source.field)
@@ -143,6 +144,12 @@ impl Window {
                         scene.replace(at, source, layer);
                     }
                     None => scene.add(source, layer),
+                }
+                if scene.uncover(&places) {
+                    self.notices.note(format!(
+                        "The {name} lie in opaque matter, which is hidden now; Hide the scalar field, under Vectors, \
+                         shows it again"
+                    ));
                 }
             }
             Ended::Finished(Err(None)) => {}

@@ -1,10 +1,10 @@
 //! One number on cells: on their points, or one a cell.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
-use super::{Cells, ShadingNormals};
+use super::{Cells, ShadingNormals, Surface};
 use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket, mapped};
 
@@ -12,6 +12,8 @@ use crate::core::{Cancelled, Looks, Ticket, mapped};
 const A_PART: usize = 1 << 12;
 /// And points.
 const A_RUN: usize = 1 << 16;
+/// Solids whose growths are found before they are summed up.
+const A_SUM: usize = 1 << 16;
 
 /// What the numbers of a field stand on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +31,8 @@ pub struct CellField {
     on: On,
     /// Of every point, those that splits add among them; or of each of the file's cells.
     values: Vec<f64>,
+    /// The outer faces of the solids that are there, once someone has asked: what draws them, and light.
+    surface: OnceLock<Surface>,
 }
 
 impl CellField {
@@ -38,7 +42,7 @@ impl CellField {
             On::Points => cells.with_added(own),
             On::Cells => own,
         };
-        Self { cells, on, values }
+        Self { cells, on, values, surface: OnceLock::new() }
     }
 
     /// The cells.
@@ -69,6 +73,17 @@ impl CellField {
         self.at_corners(solid).iter().all(|value| value.is_finite())
     }
 
+    /// Which solids are drawn: those that are there, but for twins of earlier ones.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn drawn(&self, ticket: &Ticket) -> Result<Vec<bool>, Cancelled> {
+        let count = self.cells.solids().len();
+        let mut drawn = mapped(count, A_RUN, |solid| self.is_there(solid), ticket)?;
+        self.surface(ticket)?.twins.iter().for_each(|twin| drawn[*twin as usize] = false);
+        Ok(drawn)
+    }
+
     /// The number at (r, s, t) of a solid.
     pub fn value(&self, solid: usize, unit: DVec3) -> f64 {
         if self.on == On::Cells {
@@ -97,6 +112,18 @@ impl CellField {
             Some(used) => used.count(),
             None => self.solids_there().count(),
         }
+    }
+
+    /// The outer faces of the solids that are there: see [`Cells::surface`].
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn surface(&self, ticket: &Ticket) -> Result<&Surface, Cancelled> {
+        if let Some(known) = self.surface.get() {
+            return Ok(known);
+        }
+        let found = self.cells.surface(|solid| self.is_there(solid), ticket)?;
+        Ok(self.surface.get_or_init(|| found))
     }
 
     /// What light takes for the field's growth. Found anew at each call.
@@ -211,12 +238,11 @@ impl CellField {
                 Some(sums.into_iter().zip(&weights).map(mean).collect::<Vec<_>>())
             }
         };
-        let mut sums = vec![DVec3::ZERO; points];
-        for (i, (solid, volume)) in cells.solids().iter().zip(&volumes).enumerate() {
-            looks.after(1)?;
-            if *volume <= 0.0 {
-                continue;
+        let growth_of = |i: usize| {
+            if volumes[i] <= 0.0 {
+                return DVec3::ZERO;
             }
+            let solid = &cells.solids()[i];
             let own = match &at_points {
                 None => self.at_corners(i),
                 Some(values) => {
@@ -227,8 +253,16 @@ impl CellField {
                     own
                 }
             };
-            let growth = cells.placed(i).gradient(own, solid.kind().middle()) * *volume;
-            solid.corners().iter().for_each(|corner| sums[*corner as usize] += growth);
+            cells.placed(i).gradient(own, solid.kind().middle()) * volumes[i]
+        };
+        let mut sums = vec![DVec3::ZERO; points];
+        // Part by part, so that those of all are not held; summed up in their order.
+        for first in (0..cells.solids().len()).step_by(A_SUM) {
+            let some = first..(first + A_SUM).min(cells.solids().len());
+            let growths = mapped(some.len(), A_PART, |i| growth_of(first + i), ticket)?;
+            for (solid, growth) in cells.solids()[some].iter().zip(growths) {
+                solid.corners().iter().for_each(|corner| sums[*corner as usize] += growth);
+            }
         }
         let mean = |i: usize| match weights[i] {
             weight if weight > 0.0 => sums[i] / weight,

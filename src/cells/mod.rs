@@ -17,6 +17,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
+use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 
 pub use field::{CellField, On};
@@ -25,7 +26,7 @@ pub use listed::Listed;
 pub use normals::{LitFace, ShadingNormal, ShadingNormals};
 pub use solid::{Kind, Placed, Rim, Solid};
 pub use split::{has_extent, has_volume, is_flat};
-pub use surface::Face;
+pub use surface::{Face, Surface};
 
 /// Cells that cannot be: what was expected, and what was found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -106,6 +107,8 @@ pub struct Cells {
     census: Census,
     /// Once someone has asked: each picture does.
     median_edge: OnceLock<f64>,
+    /// The first point at the place of each, where some are at one place; once someone has asked.
+    places: OnceLock<Option<Box<[u32]>>>,
 }
 
 impl Cells {
@@ -162,15 +165,18 @@ impl Cells {
         let split::Split { solids, blends, added, triangles, triangle_sources, .. } = split;
         let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
         let lists = if solids.is_empty() { (starts, corners) } else { (Vec::new(), Vec::new()) };
+        let measured = |solid: &Solid| {
+            let placed = solid.placed(&points);
+            (placed.volume(), placed.is_flat())
+        };
+        let measured = parallel::list(solids.len(), |i| measured(&solids[i]));
         // By cells of the file, whatever they were split into.
-        let mut rest = &solids[..];
+        let mut rest = &measured[..];
         for own in sources.chunk_by(|a, b| a == b) {
             let (own, behind) = rest.split_at(own.len());
             rest = behind;
-            let placed = own.iter().map(|solid| solid.placed(&points));
-            let (volume, is_flat) = placed.fold((0.0, true), |(sum, all_flat), placed| {
-                (sum + placed.volume(), all_flat && placed.is_flat())
-            });
+            let volume: f64 = own.iter().map(|(volume, _)| volume).sum();
+            let is_flat = own.iter().all(|(_, is_flat)| *is_flat);
             census.flat += usize::from(is_flat);
             census.inverted += usize::from(volume < 0.0 && !is_flat);
         }
@@ -186,6 +192,7 @@ impl Cells {
             lists,
             census,
             median_edge: OnceLock::new(),
+            places: OnceLock::new(),
         })
     }
 
@@ -216,6 +223,7 @@ impl Cells {
             lists: (Vec::new(), Vec::new()),
             census: Census { by_type, ..Census::default() },
             median_edge: OnceLock::new(),
+            places: OnceLock::new(),
         }
     }
 
@@ -273,7 +281,7 @@ impl Cells {
     /// # Errors
     /// [`Cancelled`].
     pub fn triangles(&self, ticket: &Ticket) -> Result<Vec<([u32; 3], u32)>, Cancelled> {
-        let faces = self.surface(|_| true, ticket)?;
+        let faces = self.surface(|_| true, ticket)?.faces;
         let outer = faces.iter().flat_map(|face| {
             let source = self.sources[face.solid as usize];
             face.triangles().map(move |triangle| (triangle, source))
@@ -300,6 +308,15 @@ impl Cells {
     /// A solid with its corners' places.
     pub fn placed(&self, solid: usize) -> Placed {
         self.solids[solid].placed(&self.points)
+    }
+
+    /// Least and greatest coordinates of a solid.
+    pub fn bounds_of(&self, solid: usize) -> [DVec3; 2] {
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        self.solids[solid].corners().iter().fold(none, |[low, high], corner| {
+            let point = self.points[*corner as usize];
+            [low.min(point), high.max(point)]
+        })
     }
 
     /// Least and greatest coordinates of the solids; of all points where there is no solid.

@@ -95,7 +95,7 @@ impl ShadingNormals {
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
         let cells = field.cells();
-        let outer = cells.surface(|solid| field.is_there(solid), ticket)?;
+        let outer = &field.surface(ticket)?.faces;
         let mut looks = Looks::every(ticket, A_PART);
         let inner = |i: usize| ShadingNormal { growth: growths[i], is_on_border: false };
         let mut made = Self {
@@ -107,7 +107,7 @@ impl ShadingNormals {
         let strength = strength.fold(0.0, f64::max);
         let strength = if strength > 0.0 { strength } else { 1.0 };
         let areas = mapped(outer.len(), A_PART, |i| area_of(cells, &outer[i]), ticket)?;
-        let about = faces_about(&outer, growths.len(), ticket)?;
+        let about = faces_about(outer, growths.len(), ticket)?;
         let on_border = |outwards: DVec3| ShadingNormal {
             growth: -outwards.normalize_or_zero() * strength,
             is_on_border: true,
@@ -134,7 +134,7 @@ impl ShadingNormals {
             if own.len() <= MOST_ABOUT {
                 // Each is compared with all.
                 looks.after(own.len() * own.len())?;
-                made.soften(cells, (&outer, &areas), own, on_border);
+                made.soften(cells, (outer, &areas), own, on_border);
             }
         }
         for (i, face) in outer.iter().enumerate() {

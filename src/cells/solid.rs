@@ -52,14 +52,14 @@ impl Kind {
         }
     }
 
-    /// The corners of each face, around it.
+    /// The corners of each face, around it, all the same way as seen from outside.
     pub fn faces(self) -> &'static [&'static [usize]] {
         match self {
-            Self::Tetrahedron => &[&[0, 1, 2], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]],
-            Self::Pyramid => &[&[0, 1, 2, 3], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]],
-            Self::Wedge => &[&[0, 1, 2], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
+            Self::Tetrahedron => &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]],
+            Self::Pyramid => &[&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]],
+            Self::Wedge => &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
             Self::Hexahedron => &[
-                &[0, 1, 2, 3],
+                &[0, 3, 2, 1],
                 &[4, 5, 6, 7],
                 &[0, 1, 5, 4],
                 &[1, 2, 6, 5],
@@ -332,19 +332,20 @@ impl Placed {
     /// Its volume, negative where its points go round the other way: exact of tetrahedra; of others that of the
     /// parallelepiped at three quadrature points along each axis.
     pub fn volume(&self) -> f64 {
-        self.integrated(|slopes| slopes.determinant())
+        let [volume] = self.integrated(|slopes| [slopes.determinant()]);
+        volume
     }
 
-    /// A number of its slopes, summed up over it.
-    fn integrated(&self, number: impl Fn(DMat3) -> f64) -> f64 {
-        let of = |unit| number(self.at(unit).1);
+    /// Numbers of its slopes, summed up over it.
+    fn integrated<const N: usize>(&self, numbers: impl Fn(DMat3) -> [f64; N]) -> [f64; N] {
+        let of = |unit| numbers(self.at(unit).1);
         if self.kind == Kind::Tetrahedron {
-            return of(DVec3::ZERO) / 6.0;
+            return of(DVec3::ZERO).map(|number| number / 6.0);
         }
         // Gauss's rule of three points: determinants are of the fourth degree along an axis at most.
         let root = (0.6_f64).sqrt() / 2.0;
         let rule = [(0.5 - root, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + root, 5.0 / 18.0)];
-        let mut sum = 0.0;
+        let mut sums = [0.0; N];
         for (t, wt) in rule {
             for (s, ws) in rule {
                 for (r, wr) in rule {
@@ -353,11 +354,13 @@ impl Placed {
                         Kind::Wedge => (DVec3::new(r * (1.0 - s), s, t), 1.0 - s),
                         _ => (DVec3::new(r, s, t), 1.0),
                     };
-                    sum += wr * ws * wt * shrunk * of(unit);
+                    for (sum, number) in sums.iter_mut().zip(of(unit)) {
+                        *sum += wr * ws * wt * shrunk * number;
+                    }
                 }
             }
         }
-        sum
+        sums
     }
 
     /// Whether it has no volume beside the rounding of its coordinates, however long and thin it is.
@@ -368,10 +371,11 @@ impl Placed {
             let (a, b) = (a.abs(), b.abs());
             DVec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
         };
-        let doubt = self.integrated(|DMat3 { x_axis: r, y_axis: s, z_axis: t }| {
+        let doubt = |DMat3 { x_axis: r, y_axis: s, z_axis: t }: DMat3| {
             reach.dot(across(r, s) + across(s, t) + across(t, r))
-        });
-        self.volume().abs() <= ROUNDING * doubt
+        };
+        let [volume, doubt] = self.integrated(|slopes| [slopes.determinant(), doubt(slopes)]);
+        volume.abs() <= ROUNDING * doubt
     }
 
     /// Where a place lies in it, as (r, s, t), if it does: by Newton's method, which is exact at once in tetrahedra.

@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::time::Instant;
 
+use glam::DVec3;
+
 use super::flags::{RefineFlag, RenderFlags, SceneFlags};
 use super::flow::FlowFlags;
 use super::notes::{self, Causes, did_not_converge, is_one_colour, no_room};
@@ -12,6 +14,7 @@ use super::stats::{LeftOutRow, Stats, asked_of};
 use super::vectors::{VectorFlags, Vectors};
 use super::{Destination, Failure, note, open, refuse_one_place};
 use crate::core::{Srgb8, Ticket};
+use crate::kernel::Kernel;
 use crate::rbf::four_digits;
 use crate::scene::annotations::Layout;
 use crate::scene::{
@@ -337,6 +340,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
         }
     }
     let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
+    let lines: Vec<DVec3> = flow.iter().flat_map(|(_, layer)| layer.mesh.places()).collect();
     polygons.extend(flow);
     if scene.shows_field() && flags.polygons.embeds_opaque(&input.path) {
         note(&format!(
@@ -355,6 +359,20 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     let scene = with_layers(scene, &flags.scene, vectors, polygons)?;
     if let Some(refusal) = scene.refusals().first() {
         return Err(Failure::Usage(refusal.to_string()));
+    }
+    if scene.little_seen_of_places(&lines).is_some() {
+        note(
+            "the streamlines or arrows lie in opaque matter, which hides them: leave it out (--vectors-only), lower its \
+             --opacity, or cut it open (--clip-box)",
+        );
+    }
+    let has_values_of_cells = scene.volume().is_some_and(|volume| volume.has_values_of_cells());
+    if has_values_of_cells && scene.splat.kernel == Kernel::Cells && scene.inside.has_isosurfaces()
+    {
+        note(
+            "each cell has one value: isosurfaces are the faces between cells below and above theirs, in steps; --kernel \
+             ellipsoids has smooth ones",
+        );
     }
     let effects = scene.effects();
     Ok(Meant { scene, effects, space: input.grid.space })

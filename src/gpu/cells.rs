@@ -5,7 +5,6 @@ use glam::DVec3;
 use super::GpuError;
 use crate::cells::{CellField, Kind, Listed, Placed, Rim};
 use crate::core::Ticket;
-use crate::core::parallel;
 use crate::kernel::Bounds;
 use crate::volume::Lattice;
 
@@ -34,7 +33,7 @@ pub(super) fn words(
     let axes = lattice.axes();
     let index_from_world = axes.inverse();
     let place = |world: DVec3| index_from_world * (world - lattice.origin);
-    let is_there = parallel::list(cells.solids().len(), |solid| field.is_there(solid));
+    let is_there = field.drawn(ticket).map_err(|_| GpuError::Cancelled)?;
     let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)
         .map_err(|_| GpuError::Cancelled)?;
     let growths = field.growths(ticket).map_err(|_| GpuError::Cancelled)?;

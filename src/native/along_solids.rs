@@ -3,8 +3,8 @@
 //!
 //! Between where a ray enters a tetrahedron and where it leaves it values are linear: a face of a slab in between costs one
 //! product. In other solids a face's place is found by Newton's method, from where the last one's was. No order is needed,
-//! since a face lies in one cell (the first, where several overlap). A slab with a face outside all cells reaches from where it
-//! enters them to where it leaves them: the outer faces say where.
+//! since a face lies in one cell (the first, where several overlap), and is not looked for again once it is found. A slab with a
+//! face outside all cells reaches from where it enters them to where it leaves them: the outer faces say where.
 
 use std::ops::RangeInclusive;
 
@@ -26,6 +26,20 @@ const LONG: usize = 1 << 10;
 /// Steps of Newton's method to where a ray passes a face of four corners.
 const FACE_STEPS: usize = 5;
 const FAR: f32 = 1e30;
+/// Faces so near, in slabs, may lie where cells, and rays, end: by rounding.
+const NEAR: f32 = 0.01;
+
+/// Bits of the whole numbers between two, of the first 32.
+#[inline(always)]
+fn between([low, high]: [f32; 2]) -> u32 {
+    let (low, high) = (low.max(0.0), high.min((FACES - 1) as f32));
+    if low > high {
+        return 0;
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
+    let (low, high) = (low as u32, high as u32);
+    u32::MAX << low & u32::MAX >> (FACES as u32 - 1 - high)
+}
 
 /// What eight rays have of cells, at some faces (middles) after one another.
 pub(super) struct AlongSolids<'a, S: Simd> {
@@ -37,6 +51,8 @@ pub(super) struct AlongSolids<'a, S: Simd> {
     window: Window,
     ends: Ends<S>,
     values: [Lanes<S>; FACES],
+    /// The faces at which a ray has no value yet, a bit each.
+    open: u32,
     /// The growths that the light asks for, if it does, and those at the faces.
     of: Growths<'a>,
     growths: Option<Box<[Vec3<S>; FACES]>>,
@@ -65,6 +81,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             window: Window::new(asked, rays.step),
             ends: Ends::new(),
             values: [all(simd, NOTHING); FACES],
+            open: 0,
             of,
             growths: of.are_asked_for().then(|| Box::new([Vec3::splat(simd, [0.0; 3]); FACES])),
             borders: [[all(simd, 0.0); 4]; FACES],
@@ -128,23 +145,48 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             self.values[i] = all(simd, NOTHING);
             self.borders[i] = [all(simd, FAR), all(simd, -FAR), all(simd, 0.0), all(simd, 0.0)];
         }
-        let first = self.window.begin();
-        let depths = [first * step, (first + (count - 1) as f32) * step];
+        self.open =
+            (0..count).fold(0, |open, i| open | u32::from(self.is_open(simd, packet, i)) << i);
         if self.list.len() > LONG * count {
             self.look_about(simd, packet);
         } else {
-            self.look_along(simd, packet, depths);
+            self.look_along(simd, packet);
         }
         if self.window.asked == Asked::Faces {
             let cells = self.cells;
-            let depths = [depths[0], depths[1] + step];
+            // Slabs with a face outside all cells, or beyond a ray's ends, and the last, whose far face is not known yet.
+            let is_outside = |i: usize| {
+                let is_inside = !self.values[i].simd_eq(all(simd, NOTHING));
+                any(packet.is_there & !(is_inside & self.counts(simd, packet, i)))
+            };
+            let outside = (0..count).fold(0, |outside, i| outside | u32::from(is_outside(i)) << i);
+            let asked = outside | outside >> 1 | 1 << (count - 1);
+            let scale = 1.0 / step;
+            let first = self.window.first() as f32;
             for entry in self.outer {
-                let is_apart = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
-                if entry.blocks & self.block != 0 && !is_apart {
+                let [near, far] = entry.depths.map(|depth| depth * scale - first);
+                let slabs = between([(near - NEAR).floor(), (far + NEAR).floor()]);
+                if entry.blocks & self.block != 0 && asked & slabs != 0 {
                     self.add_border(simd, packet, (&cells.outer[entry.number as usize], entry));
                 }
             }
         }
+    }
+
+    /// Whether a ray that has a place at face `i` has no value there yet.
+    #[inline(always)]
+    fn is_open(&self, simd: S, packet: &Packet<S>, i: usize) -> bool {
+        any(self.counts(simd, packet, i) & self.values[i].simd_eq(all(simd, NOTHING)))
+    }
+
+    /// The rays that have a place at face `i`: others are asked for where the ray begins or ends.
+    #[inline(always)]
+    fn counts(&self, simd: S, packet: &Packet<S>, i: usize) -> Mask<S> {
+        let (t, rim) =
+            ((self.window.begin() + i as f32) * self.window.step, NEAR * self.window.step);
+        packet.is_there
+            & packet.enter.simd_le(all(simd, t + rim))
+            & packet.leave.simd_ge(all(simd, t - rim))
     }
 
     /// The values at all faces, each by the cells that lie near it: where a tile has so many that a look at each of them takes
@@ -154,8 +196,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let (first, step) = (self.window.begin(), self.window.step);
         for i in 0..self.window.len() {
             let t = all(simd, (first + i as f32) * step);
-            // Others are asked for where the ray begins or ends.
-            let counts = packet.is_there & t.simd_ge(packet.enter) & t.simd_le(packet.leave);
+            let counts = self.counts(simd, packet, i);
             if !any(counts) {
                 continue;
             }
@@ -168,9 +209,9 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         }
     }
 
-    /// The values at faces between two depths, from each cell of the tile's list.
+    /// The values at faces, from each cell of the tile's list that may have one that no cell before it has.
     #[inline(always)]
-    fn look_along(&mut self, simd: S, packet: &Packet<S>, depths: [f32; 2]) {
+    fn look_along(&mut self, simd: S, packet: &Packet<S>) {
         let (cells, first) = (self.cells, self.window.begin());
         // Rays along a plane are inside a box's or they are not: no infinities are needed.
         let tiny = all(simd, 1e-20);
@@ -180,9 +221,11 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             y: all(simd, 1.0) / choose(y.abs().simd_lt(tiny), tiny, y),
             z: all(simd, 1.0) / choose(z.abs().simd_lt(tiny), tiny, z),
         };
+        let scale = 1.0 / self.window.step;
         for entry in self.list {
-            let is_apart = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
-            if entry.blocks & self.block == 0 || is_apart {
+            let [near, far] = entry.depths.map(|depth| depth * scale - first);
+            let faces = between([(near - NEAR).ceil(), (far + NEAR).floor()]);
+            if entry.blocks & self.block == 0 || faces & self.open == 0 {
                 continue;
             }
             match cells.solids[entry.number as usize] {
@@ -220,7 +263,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
     fn put(
         &mut self,
         simd: S,
-        i: usize,
+        (packet, i): (&Packet<S>, usize),
         within: Mask<S>,
         (value, solid, unit): (Lanes<S>, u32, Vec3<S>),
     ) {
@@ -228,6 +271,9 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         if let Some(growths) = &mut self.growths {
             let growth = self.cells.growth_in(simd, self.of, solid, unit);
             growths[i] = Vec3::choose(within, growth, growths[i]);
+        }
+        if !self.is_open(simd, packet, i) {
+            self.open &= !(1 << i);
         }
     }
 
@@ -272,12 +318,18 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let Some(faces) = self.faces_within(simd, is_met, [enter, leave]) else { return };
         let nothing = all(simd, NOTHING);
         for i in faces {
+            if self.open >> i & 1 == 0 {
+                continue;
+            }
             let place = i as f32;
             let within = is_met & enter.simd_le(all(simd, place)) & leave.simd_ge(all(simd, place));
             let within = within & self.values[i].simd_eq(nothing);
+            if !any(within) {
+                continue;
+            }
             let t = all(simd, (first + place) * self.window.step - begin);
             let unit = from.at(by, t);
-            self.put(simd, i, within, (own.value(simd, unit), entry.number, unit));
+            self.put(simd, (packet, i), within, (own.value(simd, unit), entry.number, unit));
         }
     }
 
@@ -296,11 +348,14 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             return;
         }
         // In faces from the first one, and a little more for rounding.
-        let (enter, leave) = (enter * scale - (first + 0.01), leave * scale - (first - 0.01));
+        let (enter, leave) = (enter * scale - (first + NEAR), leave * scale - (first - NEAR));
         let Some(faces) = self.faces_within(simd, is_met, [enter, leave]) else { return };
         let nothing = all(simd, NOTHING);
         let mut unit = own.middle(simd);
         for i in faces {
+            if self.open >> i & 1 == 0 {
+                continue;
+            }
             let place = all(simd, i as f32);
             let open = self.values[i].simd_eq(nothing)
                 & is_met
@@ -317,7 +372,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
             if !any(within) {
                 continue;
             }
-            self.put(simd, i, within, (own.value(simd, found), entry.number, found));
+            self.put(simd, (packet, i), within, (own.value(simd, found), entry.number, found));
         }
     }
 

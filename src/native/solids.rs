@@ -149,7 +149,7 @@ impl Solids {
         let cells = field.cells();
         let index_from_world = lattice.axes().inverse();
         let place = |world: DVec3| index_from_world * (world - lattice.origin);
-        let is_there = mapped(cells.solids().len(), A_RUN, |solid| field.is_there(solid), ticket)?;
+        let is_there = field.drawn(ticket)?;
         let listed = Listed::new(cells, (lattice.dims, place), |i| is_there[i], ticket)?;
         let rim = Rim::of(lattice.dims);
         let made = |(i, solid): (usize, &cells::Solid)| {
@@ -185,7 +185,7 @@ impl Solids {
         }
         let mut outer = Vec::new();
         let mut looks = Looks::every(ticket, A_PART);
-        for face in cells.surface(|solid| is_there[solid], ticket)? {
+        for face in &field.surface(ticket)?.faces {
             looks.after(1)?;
             let solid = face.solid as usize;
             let corners = cells.solids()[solid].corners();

@@ -186,6 +186,23 @@ impl Drawer {
         self.prepare_octree(plan, true, &mut Unless { ticket, observer })
     }
 
+    /// Has what the first quick picture of a plan is drawn from at hand, where that is its samples; whether it is.
+    pub(super) fn prepare_first(
+        &mut self,
+        plan: &Plan,
+        ticket: &Ticket,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, DrawError> {
+        self.engines.ready(plan)?;
+        self.turn_to(plan);
+        if !self.begins_with_samples(plan) {
+            return Ok(false);
+        }
+        self.forget_other_volumes(plan);
+        self.prepare_preview_field(plan, &mut Unless { ticket, observer })?;
+        Ok(self.is_at_hand(plan, SlabField::Preview))
+    }
+
     /// Has the whole octree of a plan at hand, and where a device is to draw it the volume there.
     pub(super) fn prepare_octree(
         &mut self,
@@ -209,8 +226,11 @@ impl Drawer {
         Ok(())
     }
 
-    /// Lets go of an octree of another volume or function than a plan's.
+    /// Lets go of fields of another volume than a plan's, and of an octree of another volume or function.
     fn forget_other_volumes(&mut self, plan: &Plan) {
+        if let Some(field) = plan.field() {
+            self.engines.native.keep_fields_of(&field.volume);
+        }
         if !self.classified.as_ref().is_some_and(|classified| classified.is_of(plan)) {
             self.classified = None;
         }
@@ -235,7 +255,7 @@ impl Drawer {
         if self.is_native() {
             self.forget_other_volumes(plan);
             let mut observer = Unless { ticket, observer: &mut () };
-            if plan.is_gathered() {
+            if plan.is_gathered() || self.begins_with_samples(plan) {
                 return self.prepare_preview_field(plan, &mut observer);
             }
             if plan.reconstructs() {

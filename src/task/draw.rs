@@ -144,7 +144,12 @@ impl Drawer {
         self.turn_to(plan);
         if self.engine_of(plan, rung) == EngineKind::Native {
             self.engines.note(EngineKind::Native);
-            self.prepare_native(plan, observer)?;
+            let is_of_samples = matches!(rung, Rung::Coarse { .. })
+                && self.begins_with_samples(plan)
+                && self.is_at_hand(plan, SlabField::Preview);
+            if !is_of_samples {
+                self.prepare_native(plan, observer)?;
+            }
             return self.draw_rung(plan, rung, observer);
         }
         if self.engine == EngineKind::Native {

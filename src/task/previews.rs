@@ -223,6 +223,17 @@ impl Drawer {
         }
     }
 
+    /// Whether quick pictures of a plan are of its samples until its cells are listed: of many that takes far longer.
+    pub(super) fn begins_with_samples(&self, plan: &Plan) -> bool {
+        let is_of_many_cells = plan.mode.kernel == Kernel::Cells && !is_of_few_cells(plan);
+        self.is_native()
+            && is_of_many_cells
+            && plan.reconstructs()
+            && plan
+                .field()
+                .is_some_and(|field| !self.holds_field(SlabField::Own, &field.volume, &plan.mode))
+    }
+
     /// Which field is drawn within a budget, and how much smaller; `None` where none is on the device
     /// yet, or an octree cut shows what rays would miss.
     ///

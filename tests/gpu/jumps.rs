@@ -87,3 +87,19 @@ fn cells_that_overlap_have_no_surface_where_values_jump_past_a_level() {
         }
     }
 }
+
+/// What both hold is of the cell that comes first, whatever the other has there.
+#[test]
+fn where_cells_overlap_the_first_is_drawn() {
+    let Some(mut drawer) = drawer() else { return };
+    let mut scene = overlapping(On::Points, 150.0);
+    scene.inside.isosurfaces.clear();
+    transfer_of(&mut scene).opacity = vec![(110.0, 0.02), (191.0, 0.5)];
+    let truth = Reference::new(&scene, SIZE.map(|n| n as usize)).expect("a mode").picture();
+    let (found, _) = drawn(&mut drawer, &scene, SIZE, Rung::Full);
+    let squares = found.iter().zip(&truth).flat_map(|(a, b)| (0..4).map(|c| (a[c] - b[c]).powi(2)));
+    let off = (squares.sum::<f64>() / (4 * truth.len()) as f64).sqrt();
+    let seen = truth.iter().filter(|pixel| pixel[3] > 0.05).count();
+    println!("measured: {off:.1e} off, {seen} pixels");
+    assert!(off < 1e-2 && seen > 300, "{off} off, {seen} pixels");
+}

@@ -5,6 +5,7 @@ mod beside;
 mod borders;
 mod field_colours;
 mod hard;
+mod hard_cells;
 mod jumps;
 mod unasked;
 mod within;

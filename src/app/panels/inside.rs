@@ -23,6 +23,9 @@ const HIDDEN: [&str; 2] = [
 /// hide a fifth of what is behind.
 const FADED: f64 = 0.002;
 const LEAST_TO_FADE: f64 = 0.01;
+/// What isosurfaces of values of cells are.
+const STEPS: &str = "Each cell has one value: isosurfaces are the faces between cells below and above theirs, in steps. Points as \
+                     ellipsoids, under Data, has smooth ones";
 /// So much of a surface is next to nothing.
 const NEXT_TO_NOTHING: f64 = 0.05;
 /// What opacities of surfaces mean.
@@ -57,6 +60,9 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
             modes::section(splat)
         );
         note_ui(ui, &text);
+    }
+    if splat.kernel == Kernel::Cells && volume.has_values_of_cells() && !isosurfaces.is_empty() {
+        note_ui(ui, STEPS);
     }
     let statistics = &volume.statistics;
     let colour_at = |value: f64| {

@@ -1,4 +1,4 @@
-//! How much of a slice or an isosurface is seen through the matter before it.
+//! How much of a slice, an isosurface or anything else is seen through the matter before it.
 
 use glam::DVec3;
 
@@ -32,6 +32,26 @@ impl Scene {
     pub fn little_seen_of_isosurface(&self, iso: &Isosurface) -> Option<f64> {
         let places = |matter: &Matter<'_>| matter.places_of_isosurface(iso.value);
         self.little_seen(places).filter(|_| iso.opacity > 0.0)
+    }
+
+    /// The same of something else by its places in the world, few of many.
+    pub fn little_seen_of_places(&self, world: &[DVec3]) -> Option<f64> {
+        let every = world.len().div_ceil(MOST_PLACES).max(1);
+        let places = |matter: &Matter<'_>| {
+            let some = world.iter().step_by(every);
+            let some = some.map(|place| matter.volume.lattice.index_from_world(*place));
+            some.filter(|at| matter.is_kept(*at)).collect()
+        };
+        self.little_seen(places)
+    }
+
+    /// Leaves the field out where its matter hides places of the world; whether it did.
+    pub fn uncover(&mut self, world: &[DVec3]) -> bool {
+        let is_hidden = self.little_seen_of_places(world).is_some();
+        if is_hidden {
+            self.show_field(false);
+        }
+        is_hidden
     }
 
     fn little_seen(&self, places: impl Fn(&Matter<'_>) -> Vec<DVec3>) -> Option<f64> {
@@ -219,5 +239,20 @@ mod tests {
         let thin = self::scene(0.05);
         assert_eq!(hides(&thin, &slice), None);
         assert_eq!(thin.little_seen_of_isosurface(&inner), None);
+    }
+
+    #[test]
+    fn a_field_that_hides_lines_is_left_out_and_one_that_does_not_stays() {
+        // From the middle of the ball, and beside it.
+        let line = |from: f64| -> Vec<DVec3> {
+            (0..500).map(|i| DVec3::new(from + 0.004 * f64::from(i), 16.0, 16.0)).collect()
+        };
+        let mut opaque = scene(1.0);
+        assert!(!opaque.uncover(&line(-0.4)) && opaque.shows_field());
+        assert!(!opaque.uncover(&[]) && !opaque.uncover(&line(900.0)));
+        assert!(opaque.little_seen_of_places(&line(15.0)).is_some_and(|seen| seen < 1e-3));
+        assert!(opaque.uncover(&line(15.0)) && !opaque.shows_field());
+        let mut thin = scene(0.01);
+        assert!(!thin.uncover(&line(15.0)) && thin.shows_field());
     }
 }

@@ -67,6 +67,11 @@ impl Worker {
         match request.effort {
             Effort::Moving { budget_ms } => self.follow(request, budget_ms, ticket),
             Effort::Rest { budget_ms, ladder, show_partial, .. } => {
+                let is_first = ladder != Ladder::AtOnce && self.preview_of(request).is_none();
+                if is_first && self.prepare_first(request, ticket)? {
+                    let budget_ms = budget_ms.min(QUICK_MS);
+                    self.rung(request, Rung::Coarse { budget_ms }, Manner::Whole, None)?;
+                }
                 let has_octree = self.prepare(request, ticket)?;
                 self.last_ladder = Some(ladder);
                 let makes_same =
@@ -208,6 +213,22 @@ impl Worker {
             }
             Err(error) => Err(error),
         }
+    }
+
+    /// Brings the device up to the first quick picture of a request that needs nothing else, unless something newer comes; whether
+    /// there is one.
+    fn prepare_first(
+        &mut self,
+        request: &FrameRequest,
+        ticket: &Ticket,
+    ) -> Result<bool, DrawError> {
+        self.device()?;
+        let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
+        let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
+        let mut watch = Watch::new(self, request, manner, &drawer);
+        let prepared = drawer.prepare_first(&request.plan(), ticket, &mut watch);
+        self.drawer = Some(drawer);
+        prepared
     }
 
     /// Has the finer levels of the octree built beside what is drawn next, where a quick picture was drawn

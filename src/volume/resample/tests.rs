@@ -239,3 +239,46 @@ fn cells_of_curvilinear_grids_are_drawn_themselves_and_so_is_what_leans() {
     assert!(is_of_cells(&leaning, Association::Point));
     assert!(is_of_cells(&upright, Association::Cell) && is_of_cells(&leaning, Association::Cell));
 }
+
+/// Tetrahedra of every size over one another, some of them flat: each sample is of the first that has its place.
+#[test]
+fn samples_of_cells_that_overlap_are_of_the_first() {
+    use crate::cells::Finder;
+    let mut state = 0x5eed_0043_u64;
+    let mut random = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % 1_000_001) as f64 / 1e6
+    };
+    let mut listing = Listing { starts: vec![0], ..Listing::default() };
+    for i in 0..120_u32 {
+        let about = DVec3::new(random(), random(), random());
+        let size = [0.05, 0.4, 1.5][i as usize % 3];
+        for _ in 0..4 {
+            let offset = DVec3::new(random(), random(), random()) * size;
+            let flat = if i % 7 == 0 { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
+            listing.points.push(about + offset * flat);
+        }
+        listing.types.push(10);
+        listing.corners.extend(4 * i..4 * i + 4);
+        listing.starts.push(listing.corners.len());
+    }
+    let values: Vec<f64> = (0..480).map(|_| random()).collect();
+    let cells = Arc::new(Cells::new(listing).unwrap());
+    let field = CellField::new(Arc::clone(&cells), On::Points, values);
+    let step = DVec3::new(0.031, 0.047, 0.039);
+    let lattice = Lattice { spacing: step, ..Lattice::unit([70, 50, 60]) };
+    let found = Fill::Cells(&field).samples(&lattice, true, &Ticket::new()).unwrap();
+    let finder = Finder::new(&cells, |_| true, &Ticket::new()).unwrap();
+    let mut count = 0;
+    for i in 0..lattice.len() {
+        let index = DVec3::from([i % 70, i / 70 % 50, i / 3500].map(|n| n as f64));
+        let here = finder.find(lattice.world_from_index(index));
+        let expected = here.map_or(f64::NAN, |(solid, unit)| field.value(solid, unit));
+        let is_same = (found.get(i) - expected).abs() < 1e-9;
+        assert!(is_same || (found.get(i).is_nan() && here.is_none()), "seed 0x5eed0043, {index}");
+        count += usize::from(here.is_some());
+    }
+    assert!(count > 10_000, "{count}");
+}
