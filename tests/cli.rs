@@ -617,7 +617,7 @@ fn statistics_of_pictures_within_a_budget_say_what_they_show_and_how_far_off_tha
     let estimated = |found: &Value| found["estimated_rmse"].as_f64().expect("an estimate");
     assert!(full["budget_ms"].is_null() && full["estimated_within_db"] == 3.0, "{full}");
     // Lit, at one slab a voxel.
-    assert!((1e-3..0.1).contains(&estimated(&full)), "{full}");
+    assert!((1e-4..0.1).contains(&estimated(&full)), "{full}");
     let opaque = run(&["--visibility", "every-sample", "--opacity", "0:1"]);
     assert!(opaque["capped_opacities"].as_u64() > Some(0) && opaque["capped_sums"] == 0);
     let rich = run(&["--refine", "coarse", "--budget-ms", "10000"]);
@@ -884,7 +884,8 @@ fn places_that_cannot_be_written_to_are_found_before_the_drawing() {
         let text = std::fs::read_to_string(&stats).expect("statistics");
         assert!(serde_json::from_str::<Value>(&text).is_ok(), "{text}");
     }
-    assert_eq!(std::fs::read_dir(folder.path()).expect("ours").count(), 4);
+    // Each of these, and nothing half written beside them.
+    assert_eq!(std::fs::read_dir(folder.path()).expect("ours").count(), 7);
 }
 
 #[test]

@@ -291,11 +291,11 @@ mod tests {
         let texts = |notices: &Notices| -> Vec<String> {
             notices.shown().iter().map(|n| n.text.clone()).collect()
         };
-        assert_eq!(texts(&notices), ["b", "a", "c", "d", "e"]);
+        assert_eq!(texts(&notices), ["B", "A", "C", "D", "E"]);
         for letter in 'f'..='o' {
             notices.error(letter.to_string());
         }
-        assert_eq!((notices.shown().len(), &*texts(&notices)[0]), (LIMIT, "d"));
+        assert_eq!((notices.shown().len(), &*texts(&notices)[0]), (LIMIT, "D"));
     }
 
     #[test]
@@ -358,7 +358,7 @@ mod tests {
             notices.error(text);
         }
         let texts: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
-        assert_eq!(texts, ["opened scan 3: a1", "found more (2e7)", "opened scan 3: a2"]);
+        assert_eq!(texts, ["Opened scan 3: a1", "Found more (2e7)", "Opened scan 3: a2"]);
     }
 
     /// Draws the bars at a time, and tells when they are to be drawn again.
@@ -374,7 +374,7 @@ mod tests {
     fn one_line_stands_beside_its_button() {
         let ctx = Context::default();
         let mut notices = Notices::default();
-        notices.error("news");
+        notices.error("News");
         let mut shapes = Vec::new();
         for _ in 0..3 {
             let mut output = ctx.run_ui(RawInput::default(), |ui| notices.bars_ui(ui));
@@ -389,7 +389,7 @@ mod tests {
                 _ => None,
             })
         };
-        let [news, button] = ["news", "Dismiss"].map(|words| middle(words).expect("painted"));
+        let [news, button] = ["News", "Dismiss"].map(|words| middle(words).expect("painted"));
         // The descender of neither counts for more than this.
         assert!((news - button).abs() < 3.0, "words at {news}, the button's at {button}");
     }
@@ -398,7 +398,7 @@ mod tests {
     fn news_are_lines_without_a_button_no_wider_than_their_words() {
         let ctx = Context::default();
         let mut notices = Notices::default();
-        notices.note("news");
+        notices.note("News");
         let mut shapes = Vec::new();
         for _ in 0..3 {
             let mut output = ctx.run_ui(RawInput::default(), |ui| notices.bars_ui(ui));
@@ -410,7 +410,7 @@ mod tests {
                 .iter()
                 .any(|one| matches!(&one.shape, Shape::Text(text) if text.galley.text() == words))
         };
-        assert!(says("news") && !says("Dismiss"));
+        assert!(says("News") && !says("Dismiss"));
         let widest = shapes.iter().filter_map(|one| match &one.shape {
             Shape::Rect(rect) => Some(rect.rect.width()),
             _ => None,
@@ -441,8 +441,8 @@ mod tests {
         assert_eq!(notices.shown().len(), 2);
         drawn(&mut notices, &ctx, 102.0 + HINT_SECONDS);
         let left: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
-        assert_eq!(left, ["bad"]);
-        notices.note("news");
+        assert_eq!(left, ["Bad"]);
+        notices.note("News");
         drawn(&mut notices, &ctx, 200.0);
         drawn(&mut notices, &ctx, 200.0 + NOTE_SECONDS - 0.1);
         assert_eq!(notices.shown().len(), 2, "news may be longer to read");
@@ -455,6 +455,8 @@ mod tests {
     fn a_message_of_several_lines_becomes_one() {
         let mut notices = Notices::default();
         notices.note("one\n  two\tthree");
-        assert_eq!(notices.shown()[0].text, "one two three");
+        assert_eq!(notices.shown()[0].text, "One two three");
+        notices.note("a.png is no picture");
+        assert_eq!(notices.shown()[1].text, "a.png is no picture", "the name of a file");
     }
 }
