@@ -158,14 +158,21 @@ impl Drawer {
         self.cuts.arrived.has_news()
     }
 
-    /// Whether a picture of all bricks of a plan's field lacks any.
-    pub(super) fn lacks_bricks(&mut self, plan: &Plan) -> bool {
-        if !self.has_cuts(plan) || self.cuts.arrived.finest().is_none() {
+    /// Whether bricks that a plan's field shows anything in have not come: all of it cannot be drawn.
+    pub(super) fn lacks_bricks(&self, plan: &Plan) -> bool {
+        let Some(finest) = self.cuts.arrived.finest().filter(|_| self.may_cut(plan)) else {
             return false;
+        };
+        let is_lacking = |brick: usize| finest.get(brick).is_none_or(|level| *level > 0);
+        match self.cuts.ready.as_ref().filter(|ready| ready.key.is_of(plan)) {
+            Some(Ready { bricks: Some(bricks), .. }) => {
+                let mut shown = bricks.shown.iter();
+                self.has_cuts(plan) && shown.any(|&brick| is_lacking(brick as usize))
+            }
+            // There are no cuts to be drawn of what has come.
+            Some(_) => false,
+            None => (0..finest.len()).any(is_lacking),
         }
-        let number = self.cuts.ask(plan, 0.0);
-        let finest = number.and_then(|number| self.cuts.numbered(number));
-        finest.is_some_and(|(_, levels)| levels.waiting > 0)
     }
 
     /// Begins to look for cuts of a plan's field, where there are none yet, and takes in what came of it.

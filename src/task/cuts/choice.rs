@@ -84,7 +84,11 @@ impl Drawer {
         whole: Reduction,
         budget_ms: f64,
     ) -> Reduction {
-        let moving = plan.mode.cut.moving;
+        let moving = match self.lacks_bricks(plan) {
+            // Of all of the field there is no picture yet.
+            true => Moving::Octree,
+            false => plan.mode.cut.moving,
+        };
         if moving == Moving::Subsampled || !self.has_cuts(plan) {
             return whole;
         }

@@ -100,6 +100,10 @@ impl Worker {
                 // A moving hand has seen it, or it was drawn before a still interrupted.
                 let seen = self.preview_of(request).is_some();
                 let budget_ms_now = budget_ms.min(QUICK_MS);
+                if self.device()?.lacks_bricks(&plan) {
+                    // What has come is drawn by cuts alone.
+                    self.prepare_preview_field(request)?;
+                }
                 let drawer = self.device()?;
                 // Cuts have no vectors, which nobody wants to see vanish: while there is no field to draw
                 // them beside, the picture before stays.
