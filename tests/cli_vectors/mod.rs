@@ -39,6 +39,32 @@ fn phases_count_in_cycles_and_components_may_be_fields_of_their_own() {
     assert!(derived("vorticity") != derived("magnitude") && derived("0") != derived("magnitude"));
 }
 
+/// Lines in the middle of a ring that nothing is seen through, and beside nothing.
+#[test]
+fn lines_in_opaque_matter_are_told_to_be_hidden() {
+    if !can_draw() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let said = |flags: &[&str]| {
+        let path = folder.path().join("lines.png");
+        let path = path.to_str().expect("UTF-8");
+        let lines = ["--vector", "flow", "--streamlines", "9", "--no-vector-splats"];
+        let all = ["render", "demo:mesh:4", "--resolution", "48,36", "-o", path];
+        let output = voxsplat(&[&all[..], &lines, flags].concat());
+        assert!(output.status.success(), "{flags:?}: {}", errors(&output));
+        errors(&output)
+    };
+    let opaque = said(&["--opacity", "0:1"]);
+    assert!(
+        opaque.contains("lie in opaque matter") && opaque.contains("--vectors-only"),
+        "{opaque}"
+    );
+    for flags in [&["--opacity", "0:0.0001"][..], &["--vectors-only"]] {
+        assert!(!said(flags).contains("opaque matter"), "{flags:?}");
+    }
+}
+
 /// The second of the tornado's fields is put together of its scalars.
 #[test]
 fn a_second_field_is_drawn_among_the_first_and_told_of() {

@@ -867,3 +867,21 @@ fn cells_inside_others_are_told() {
     assert_eq!(apart.cells.as_ref().unwrap().overlapping_cells, 0);
     assert!(!apart.to_string().contains("inside another"), "{apart}");
 }
+
+/// Two hexahedra of which one is nine times as long: statistics and the histogram count by volume, not by cells or points.
+#[test]
+fn means_and_histograms_of_meshes_are_weighted_by_volume() {
+    let text = "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 12 float\n\
+        0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1 10 0 0 10 1 0 10 0 1 10 1 1\n\
+        CELLS 2 18\n8 0 1 2 3 4 5 6 7\n8 1 8 9 2 5 10 11 6\nCELL_TYPES 2\n12 12\n\
+        CELL_DATA 2\nSCALARS load double 1\nLOOKUP_TABLE default\n0 1\n";
+    let opened = made("a.vtk", text);
+    let field = opened.grid.field(Some("load")).unwrap();
+    let volume = opened.grid.scalar(field, Component::Index(0), &Ticket::new()).unwrap();
+    let statistics = &volume.statistics;
+    assert!((statistics.mean - 0.9).abs() < 0.01, "{}", statistics.mean);
+    let counts = &statistics.histogram;
+    let all: u64 = counts.iter().sum();
+    let share = counts[counts.len() / 2..].iter().sum::<u64>() as f64 / all as f64;
+    assert!((share - 0.9).abs() < 0.01, "{share}");
+}

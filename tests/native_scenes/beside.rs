@@ -113,3 +113,27 @@ fn no_sample_is_lost_where_the_lists_of_two_cells_meet() {
         assert!(off < 1e-5, "{shift}: {off}");
     }
 }
+
+/// A ball in a cube, as opaque as said, and lines from its middle on, or beside it.
+#[test]
+fn a_field_that_hides_lines_is_left_out_and_one_that_does_not_stays() {
+    let ball = |opacity: f64| {
+        let volume = volume([33; 3], |at| {
+            let [x, y, z] = at.map(|n| n as f32 - 16.0);
+            1.0 - (x * x + y * y + z * z).sqrt() / 16.0
+        });
+        let mut scene = scene_of(volume, &[(0.1, 0.0), (0.1, opacity), (1.0, opacity)]);
+        scene.camera.direction = DVec3::Z;
+        scene
+    };
+    let line = |from: f64| -> Vec<DVec3> {
+        (0..500).map(|i| DVec3::new(from + 0.004 * f64::from(i), 16.0, 16.0)).collect()
+    };
+    let mut opaque = ball(1.0);
+    assert!(!opaque.uncover(&line(-2.4)) && opaque.shows_field());
+    assert!(!opaque.uncover(&[]) && !opaque.uncover(&line(900.0)));
+    assert!(opaque.little_seen_of_places(&line(15.0)).is_some_and(|seen| seen < 1e-3));
+    assert!(opaque.uncover(&line(15.0)) && !opaque.shows_field());
+    let mut thin = ball(0.01);
+    assert!(!thin.uncover(&line(15.0)) && thin.shows_field());
+}

@@ -240,19 +240,4 @@ mod tests {
         assert_eq!(hides(&thin, &slice), None);
         assert_eq!(thin.little_seen_of_isosurface(&inner), None);
     }
-
-    #[test]
-    fn a_field_that_hides_lines_is_left_out_and_one_that_does_not_stays() {
-        // From the middle of the ball, and beside it.
-        let line = |from: f64| -> Vec<DVec3> {
-            (0..500).map(|i| DVec3::new(from + 0.004 * f64::from(i), 16.0, 16.0)).collect()
-        };
-        let mut opaque = scene(1.0);
-        assert!(!opaque.uncover(&line(-0.4)) && opaque.shows_field());
-        assert!(!opaque.uncover(&[]) && !opaque.uncover(&line(900.0)));
-        assert!(opaque.little_seen_of_places(&line(15.0)).is_some_and(|seen| seen < 1e-3));
-        assert!(opaque.uncover(&line(15.0)) && !opaque.shows_field());
-        let mut thin = scene(0.01);
-        assert!(!thin.uncover(&line(15.0)) && thin.shows_field());
-    }
 }
