@@ -240,7 +240,7 @@ fn cells_are_made_bounded_landed_and_lit_some_at_a_time() {
     let field = field_of_cells(lattice, 41);
     let (count, points) = (field.cells().solids().len(), field.cells().points().len());
     // Which are there, and what they are; and what lists and the surface take (see there).
-    let least = (count >> 14) + (count >> 11) + 240;
+    let least = (count >> 14) + (count >> 11) + 160;
     assert_stops("cells", least, |ticket| Solids::new(&field, lattice, 0.0, ticket));
     let solids = Solids::new(&field, lattice, 0.0, &Ticket::new()).expect("not cancelled");
     assert_stops("bounds of cells", (32 * count) >> 16, |ticket| {
