@@ -134,7 +134,8 @@ pub fn try_summed<I: Iterator + Send, T: Send, E: Send>(
     Ok(total)
 }
 
-/// Adds numbers to those at the same places.
+/// Adds numbers to those at the same places: what merges sums that are lists.
+#[expect(clippy::ptr_arg, reason = "what is merged is what was summed up, a list")]
 pub fn add_up<T: AddAssign>(total: &mut Vec<T>, own: Vec<T>) {
     total.iter_mut().zip(own).for_each(|(total, own)| *total += own);
 }

@@ -42,8 +42,7 @@ impl Pictures {
     }
 
     fn new(design: Design) -> Self {
-        let picture =
-            |i: usize| drawn(design, i / PHASES, i % PHASES).into_iter().collect::<Vec<_>>();
+        let picture = |i: usize| drawn(design, i / PHASES, i % PHASES).collect::<Vec<_>>();
         let largest = parallel::list(MARK_COLUMNS * PHASES, picture).concat();
         let mut all = Self { texels: vec![largest], lost: Vec::new() };
         for level in 1..LEVELS {
