@@ -255,7 +255,7 @@ fn cells_are_made_bounded_landed_and_lit_some_at_a_time() {
     });
     // Volumes, weights and growths of cells; numbers per index; and the surface, where light falls on it.
     let growths = 3 * (count >> 12) - 1 + (points >> 14);
-    for (for_light, least) in [(false, growths), (true, growths + 120)] {
+    for (for_light, least) in [(false, growths), (true, growths + 40)] {
         assert_stops(&format!("growths for light: {for_light}"), least, |ticket| {
             // New ones each time: growths are found once.
             let field = field_of_cells(lattice, 41);

@@ -134,7 +134,7 @@ impl Key {
 }
 
 impl Bricks {
-    /// The cut of an error, of what has come (see [`BrickSource::finest`]).
+    /// The cut of an error, of what has come (see [`super::arrived::BrickSource::finest`]).
     pub(super) fn candidate(&self, max_error: f32, finest: Option<&[u8]>) -> Candidate {
         Candidate::of(max_error, self.dims, (&self.shown, &self.errors), finest)
     }

@@ -22,7 +22,7 @@ pub(super) struct Candidate {
     pub(super) cut: Arc<FieldCut>,
     /// Σ e² over its bricks: e the error of a brick a sample thick times the samples through it.
     pub(super) squares: f64,
-    /// What a ray costs, of what one of all of the field does, by engine and [`SlabField`].
+    /// What a ray costs, of what one of all of the field does, by engine and [`crate::plan::SlabField`].
     pub(super) shares: [[f64; 2]; 2],
     /// Bricks that are coarser than they should be, those with the greatest errors first: theirs have not come.
     pub(super) waiting: Vec<Wanted>,

@@ -84,7 +84,7 @@ pub enum Coarseness {
 
 impl Coarseness {
     /// How the picture of a rung of `plan` is coarser, drawn `shrink` times smaller than it is shown; `rgba`
-    /// are its bytes at the size drawn, as in [`Picture`]. `None` for rungs without an estimate.
+    /// are its bytes at the size drawn, as in [`crate::task::engine::Picture`]. `None` for rungs without an estimate.
     pub(in crate::task) fn of(
         plan: &Plan,
         rung: Rung,
