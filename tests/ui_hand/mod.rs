@@ -153,6 +153,9 @@ fn a_click_on_an_end_of_the_trihedron_looks_from_there_and_again_from_the_other_
     bench.harness.check_accessibility();
 }
 
+/// Passes of a second and more.
+const A_REST: usize = 90;
+
 #[test]
 fn undo_right_after_opening_asks_before_it_takes_the_file_away() {
     let mut bench = Bench::opened();
@@ -163,6 +166,11 @@ fn undo_right_after_opening_asks_before_it_takes_the_file_away() {
     assert_eq!(name(&bench), "other.mha", "nothing was changed, and nothing is taken away");
     let said = bench.window().notices().shown().last().unwrap().text.clone();
     assert!(said.contains("other.mha") && said.contains("go back to good.nrrd"), "{said}");
+    for _ in 0..3 {
+        press(&mut bench, Modifiers::COMMAND, Key::Z);
+        assert_eq!(name(&bench), "other.mha", "keys of one burst are not meant for the file");
+    }
+    bench.harness.run_steps(A_REST);
     press(&mut bench, Modifiers::COMMAND, Key::Z);
     assert_eq!(name(&bench), "good.nrrd", "who asks again gets it");
     press(&mut bench, Modifiers::COMMAND, Key::Y);

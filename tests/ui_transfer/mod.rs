@@ -335,6 +335,7 @@ fn another_file_is_a_step_and_so_is_another_field() {
     let title = ViewportCommand::Title("good.nrrd – Voxsplat".to_owned());
     // It asks before it takes a file away.
     undo(&mut bench);
+    bench.harness.run_steps(90);
     assert!(bench.press_sends(KeyboardShortcut::new(Modifiers::COMMAND, Key::Z), &title));
     bench.harness.run_steps(3);
     assert!(seen(&bench) == with_trihedron);
@@ -367,6 +368,7 @@ fn steps_of_files_that_take_too_much_memory_are_forgotten_and_that_is_said() {
     assert!(bench.shows(note));
     // It asks before it takes a file away.
     undo(&mut bench);
+    bench.harness.run_steps(90);
     undo(&mut bench);
     assert!(seen(&bench) == second, "of two the older one went");
     undo(&mut bench);
