@@ -65,7 +65,7 @@ impl Finder {
             if ticket.is_cancelled() {
                 return Err(Cancelled);
             }
-            let solids = part * A_PART..((part + 1) * A_PART).min(count);
+            let solids = parallel::part(count, A_PART, part);
             let found = solids.filter(|solid| self.is_inside_another(*solid));
             Ok(found.map(|solid| self.cells.sources()[solid]).collect())
         };

@@ -85,7 +85,7 @@ impl Listed {
         let [nx, ny, nz] = boxes.count;
         // Each thread has layers of boxes to itself.
         let band = nz.div_ceil(BANDS_A_THREAD * rayon::current_num_threads()).max(1);
-        let layers = |i: usize| i * band..((i + 1) * band).min(nz);
+        let layers = |i: usize| parallel::part(nz, band, i);
         // The solids that touch some layers, each with a box, from the first of these.
         let touched = |layers: Range<usize>| -> Result<Vec<[u32; 2]>, Cancelled> {
             let first = layers.start * ny * nx;

@@ -94,7 +94,7 @@ impl Cells {
         };
         let parts: Vec<Vec<Vec<Half>>> =
             parallel::try_list(solids.len().div_ceil(A_PART), |part| {
-                halves_of(part * A_PART..((part + 1) * A_PART).min(solids.len()))
+                halves_of(parallel::part(solids.len(), A_PART, part))
             })?;
         // What tells a solid from others at the same places: tetrahedra are the same in any order of their points.
         let places_of = |half: &Half| {

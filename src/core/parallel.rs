@@ -5,14 +5,13 @@
 //! after the other, in their order: items should be pieces of work, not single numbers.
 
 use std::convert::Infallible;
-use std::ops::AddAssign;
-use std::sync::{Mutex, PoisonError};
+use std::ops::{AddAssign, Range};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Numbers that a thread makes at a time, at most.
 const MOST_BLOCK: usize = 1 << 14;
 /// Blocks for each thread, at least, where there are as many numbers: some take longer than others.
 const BLOCKS: usize = 32;
-
 /// Blocks that are merged, about: enough for many threads, whatever their number.
 const MERGED: usize = 1 << 10;
 
@@ -35,13 +34,13 @@ pub fn try_each<I: Iterator + Send, E: Send>(
     let most = items.size_hint().1.unwrap_or(usize::MAX);
     let left = Mutex::new((items, None));
     let next = || {
-        let (items, wrong) = &mut *left.lock().unwrap_or_else(PoisonError::into_inner);
+        let (items, wrong) = &mut *held(&left);
         if wrong.is_none() { items.next() } else { None }
     };
     on_threads(most, &|| {
         while let Some(item) = next() {
             if let Err(error) = work(item) {
-                let (_, wrong) = &mut *left.lock().unwrap_or_else(PoisonError::into_inner);
+                let (_, wrong) = &mut *held(&left);
                 wrong.get_or_insert(error);
             }
         }
@@ -85,7 +84,7 @@ pub fn try_list<T: Send, E: Send>(
     let mut made: Vec<Vec<T>> = Vec::new();
     made.resize_with(count.div_ceil(block), Vec::new);
     try_each(made.iter_mut().enumerate(), |(i, made)| {
-        let own = i * block..((i + 1) * block).min(count);
+        let own = part(count, block, i);
         *made = own.map(&make).collect::<Result<_, _>>()?;
         Ok(())
     })?;
@@ -102,11 +101,12 @@ pub fn merged<T: Send>(
 ) -> T {
     let block = count.div_ceil(MERGED).clamp(1, MOST_BLOCK);
     let parts = list(count.div_ceil(block), |i| {
-        let own = i * block..((i + 1) * block).min(count);
+        let own = part(count, block, i);
         own.fold(none(), |all, at| merge(all, make(at)))
     });
     parts.into_iter().fold(none(), merge)
 }
+
 /// All that is added of many items, in one. Each thread adds to a sum of its own, which begins as `none`; these are merged at the
 /// end. Which items are added to which sum is chance, so that only whole numbers are the same each time.
 ///
@@ -119,12 +119,11 @@ pub fn try_summed<I: Iterator + Send, T: Send, E: Send>(
     merge: impl Fn(&mut T, T),
 ) -> Result<T, E> {
     let kept: Mutex<Vec<T>> = Mutex::default();
-    let sums = || kept.lock().unwrap_or_else(PoisonError::into_inner);
     try_each(items, |item| {
-        let own = sums().pop();
+        let own = held(&kept).pop();
         let mut own = own.unwrap_or_else(&none);
         add(&mut own, item)?;
-        sums().push(own);
+        held(&kept).push(own);
         Ok(())
     })?;
     let mut total = none();
@@ -138,6 +137,16 @@ pub fn try_summed<I: Iterator + Send, T: Send, E: Send>(
 #[expect(clippy::ptr_arg, reason = "what is merged is what was summed up, a list")]
 pub fn add_up<T: AddAssign>(total: &mut Vec<T>, own: Vec<T>) {
     total.iter_mut().zip(own).for_each(|(total, own)| *total += own);
+}
+
+/// The numbers below a count that are in one of its parts of so many.
+pub fn part(count: usize, size: usize, number: usize) -> Range<usize> {
+    number * size..((number + 1) * size).min(count)
+}
+
+/// What is behind a lock: a panic of another thread comes back by itself.
+fn held<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn block_of(count: usize) -> usize {

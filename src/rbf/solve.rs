@@ -62,8 +62,7 @@ pub(super) fn least_squares(
         let share = columns.len().div_ceil(PARTS).max(1);
         let sums = parallel::list(columns.len().div_ceil(share), |part| {
             let mut sum = vec![0.0; residual.len()];
-            let own = part * share..((part + 1) * share).min(columns.len());
-            for i in own {
+            for i in parallel::part(columns.len(), share, part) {
                 columns[i].add_to(&mut sum, v[i] * scales[i]);
             }
             sum

@@ -204,7 +204,10 @@ impl Shader {
     /// The colour of a surface with a normal, seen along a ray.
     pub(super) fn of_side(&self, colour: [f64; 3], normal: DVec3, ray: &Line) -> [f64; 3] {
         match &self.shading.lighting {
-            Some(lighting) => self.lit(colour, lighting, normal, -ray.step.normalize(), 1.0),
+            Some(lighting) => {
+                let eye = -ray.step.normalize();
+                self.lit(colour, lighting, turned(normal, eye), eye, 1.0)
+            }
             None => colour,
         }
     }
@@ -222,7 +225,10 @@ impl Shader {
         let share = self.space.lit_share(strength);
         let normal = if share > 0.0 { down / strength } else { DVec3::ZERO };
         match &self.shading.lighting {
-            Some(lighting) => self.lit(colour, lighting, normal, -ray.step.normalize(), share),
+            Some(lighting) => {
+                let eye = -ray.step.normalize();
+                self.lit(colour, lighting, turned(normal, eye), eye, share)
+            }
             None => colour,
         }
     }
@@ -274,18 +280,6 @@ impl Shader {
         [weight, weight * colour[0], weight * colour[1], weight * colour[2]]
     }
 
-    fn lit(
-        &self,
-        colour: [f64; 3],
-        lighting: &Lighting,
-        normal: DVec3,
-        eye: DVec3,
-        share: f64,
-    ) -> [f64; 3] {
-        let normal = if normal.dot(eye) < 0.0 { -normal } else { normal };
-        self.lit_side(colour, lighting, normal, eye, share)
-    }
-
     /// The mean colour of a slab, down whose gradients on either side these vectors point (`scene::shading` has the rule).
     fn lit_between(
         &self,
@@ -299,7 +293,7 @@ impl Shader {
             let strength = down.length();
             let share = self.space.lit_share(strength);
             let normal = if share > 0.0 { side * down / strength } else { DVec3::ZERO };
-            let lit = self.lit_side(colour, lighting, normal, eye, share);
+            let lit = self.lit(colour, lighting, normal, eye, share);
             sum.iter_mut().zip(lit).for_each(|(s, c)| *s += weight * c);
         };
         let mut part = |weight: f64, [first, last]: [DVec3; 2], side: f64| {
@@ -331,7 +325,7 @@ impl Shader {
     }
 
     /// What lights make of a face whose normal is on the side of the eye.
-    fn lit_side(
+    fn lit(
         &self,
         colour: [f64; 3],
         lighting: &Lighting,
@@ -377,6 +371,11 @@ pub(super) fn gradient(field: &Field, place: DVec3) -> DVec3 {
     DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
 }
 
+/// A normal on the side of the eye.
+fn turned(normal: DVec3, eye: DVec3) -> DVec3 {
+    if normal.dot(eye) < 0.0 { -normal } else { normal }
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DMat3;
@@ -415,7 +414,7 @@ mod tests {
         let lit = |down: DVec3| {
             let strength = down.length();
             let share = shader.space.lit_share(strength);
-            shader.lit([1.0; 3], &lighting, down / strength, DVec3::Z, share)[0]
+            shader.lit([1.0; 3], &lighting, turned(down / strength, DVec3::Z), DVec3::Z, share)[0]
         };
         let (mut ours, mut of_one) = ([0.0_f64; 2], [0.0_f64; 2]);
         const PAIRS: usize = 2000;

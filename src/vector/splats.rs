@@ -100,7 +100,7 @@ impl Splats {
             if ticket.is_cancelled() {
                 return Err(Cancelled);
             }
-            let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
+            let range = parallel::part(count, CHUNK, chunk);
             let mut holes = 0;
             let splats = range.filter_map(|index| {
                 let found = asked.splat(index);

@@ -120,7 +120,7 @@ impl Statistics {
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
         let parts = parallel::try_list(values.len().div_ceil(CHUNK), |part| {
-            let chunk = &values[part * CHUNK..((part + 1) * CHUNK).min(values.len())];
+            let chunk = &values[parallel::part(values.len(), CHUNK, part)];
             if ticket.is_cancelled() { Err(Cancelled) } else { Ok(Partial::of(chunk)) }
         })?;
         let mut total = parts.into_iter().fold(Partial::EMPTY, Partial::merge);

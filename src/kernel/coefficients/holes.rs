@@ -60,7 +60,7 @@ pub(super) fn fill(
     let touches = |i: &usize| neighbours(*i, dims).any(|n| !contains(holes, n));
     let first = parallel::try_list(values.len().div_ceil(STEP), |part| {
         ticket.look()?;
-        let own = part * STEP..((part + 1) * STEP).min(values.len());
+        let own = parallel::part(values.len(), STEP, part);
         Ok::<_, Cancelled>(own.filter(|&i| contains(holes, i)).filter(touches).collect::<Vec<_>>())
     });
     let mut ring = first?.concat();

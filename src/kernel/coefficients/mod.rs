@@ -270,7 +270,7 @@ fn extremes(values: &[f32], ticket: &Ticket) -> Result<(f64, f64), Cancelled> {
     let wider = |a: (f32, f32), b: (f32, f32)| (a.0.min(b.0), a.1.max(b.1));
     let ranges = parallel::try_list(values.len().div_ceil(CHUNK), |part| {
         ticket.look()?;
-        let own = &values[part * CHUNK..((part + 1) * CHUNK).min(values.len())];
+        let own = &values[parallel::part(values.len(), CHUNK, part)];
         Ok::<_, Cancelled>(own.iter().fold(none, |range, &v| wider(range, (v, v))))
     })?;
     let (min, max) = ranges.into_iter().fold(none, wider);

@@ -171,7 +171,7 @@ impl Stencil {
         let rows = nz.div_ceil(every) * ny;
         let sums = parallel::try_list(rows.div_ceil(ROWS), |part| {
             let (mut padded, mut out, mut sum) = (Vec::new(), vec![0.0; nx], Sum::default());
-            for row in part * ROWS..((part + 1) * ROWS).min(rows) {
+            for row in parallel::part(rows, ROWS, part) {
                 ticket.look()?;
                 let [y, z] = [row % ny, row / ny * every];
                 self.row(&slice, dims, [y, z], &mut padded, &mut out);

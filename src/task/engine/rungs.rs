@@ -203,13 +203,10 @@ impl Worker {
     /// Brings the device and the octree up to a request, unless something newer comes; whether there is
     /// an octree. Fields that are reconstructed are drawn without one where memory is short.
     fn prepare(&mut self, request: &FrameRequest, ticket: &Ticket) -> Result<bool, DrawError> {
-        self.device()?;
-        let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
-        let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
-        let mut watch = Watch::new(self, request, manner, &drawer);
-        let prepared = drawer.prepare_watched(&request.plan(), ticket, &mut watch);
-        self.drawer = Some(drawer);
-        match prepared {
+        let prepare = |drawer: &mut Drawer, watch: &mut Watch<'_>| {
+            drawer.prepare_watched(&request.plan(), ticket, watch)
+        };
+        match self.watched(request, prepare) {
             Ok(()) => Ok(true),
             Err(DrawError::TooLarge(error)) if request.plan().reconstructs() => {
                 log::warn!("no octree for quick pictures: {error}");
@@ -226,13 +223,22 @@ impl Worker {
         request: &FrameRequest,
         ticket: &Ticket,
     ) -> Result<bool, DrawError> {
+        self.watched(request, |drawer, watch| drawer.prepare_first(&request.plan(), ticket, watch))
+    }
+
+    /// Work of the drawer for a request that shows no picture, while something newer is watched for.
+    fn watched<T>(
+        &mut self,
+        request: &FrameRequest,
+        work: impl FnOnce(&mut Drawer, &mut Watch<'_>) -> Result<T, DrawError>,
+    ) -> Result<T, DrawError> {
         self.device()?;
         let Some(mut drawer) = self.drawer.take() else { return Err(no_device()) };
         let manner = Manner::InPieces { show_partial: false, before: 0.0, after: 0.0 };
         let mut watch = Watch::new(self, request, manner, &drawer);
-        let prepared = drawer.prepare_first(&request.plan(), ticket, &mut watch);
+        let done = work(&mut drawer, &mut watch);
         self.drawer = Some(drawer);
-        prepared
+        done
     }
 
     /// Has the finer levels of the octree built beside what is drawn next, where a quick picture was drawn

@@ -98,7 +98,7 @@ pub(super) fn fill<T: Copy + Send + Sync>(
         let is_met =
             |[start, end]: &[u32; 2]| (*start as usize) < first + slices && *end as usize > first;
         let some = reached_by_some.iter().enumerate().filter(|(_, some)| is_met(some));
-        let solids = some.flat_map(|(i, _)| i * SOME..((i + 1) * SOME).min(reached.len()));
+        let solids = some.flat_map(|(i, _)| parallel::part(reached.len(), SOME, i));
         for solid in solids.filter(|solid| is_met(&reached[*solid])) {
             let [start, end] = &reached[solid];
             let (start, end) = ((*start as usize).max(first), (*end as usize).min(first + slices));
