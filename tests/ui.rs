@@ -214,7 +214,8 @@ fn every_shortcut_does_what_it_says() {
             Action::LoadTransfer
             | Action::SaveTransfer
             | Action::CopyTransfer
-            | Action::PasteTransfer => unreachable!("it has no key"),
+            | Action::PasteTransfer
+            | Action::About => unreachable!("it has no key"),
             Action::Undo => {
                 assert_ne!(bench.camera(), before);
                 bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
@@ -743,6 +744,7 @@ fn sliders_and_choices_change_the_scene() {
     bench.choose("Colours", "Gray");
     let colour = bench.window().scene().unwrap().transfer().unwrap().colour.clone();
     assert!(matches!(colour, ColourSource::Map { map: ColourMap::Gray, .. }), "{colour:?}");
+    bench.unfold("Advanced refinement");
     bench.choose("Coarse first", "Every fourth voxel");
     let Effort::Rest { ladder, .. } = bench.last_request().effort else { panic!("not at rest") };
     assert_eq!(ladder, Ladder::Subsampling);

@@ -52,6 +52,7 @@ pub enum Action {
     ToggleCompare,
     ToggleDifference,
     ToggleHelp,
+    About,
 }
 
 impl Action {
@@ -133,7 +134,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 44] = [
+pub const ACTIONS: [Entry; 45] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -399,6 +400,13 @@ pub const ACTIONS: [Entry; 44] = [
         "Keys and mouse",
         plain(Key::H),
         "Show or hide the list of keys and mouse buttons",
+    ),
+    entry(
+        Action::About,
+        Menu::Help,
+        "About Voxsplat",
+        None,
+        "Its version, what draws, and the papers that it draws by",
     ),
 ];
 

@@ -9,7 +9,8 @@ use crate::polygons::Mesh;
 use crate::scene::FirstLook;
 use crate::transfer::presets;
 use crate::volume::{
-    Component, Field, Grid, ScalarType, ScalarVolume, Shape, VectorField, VolumeError, demo,
+    Component, Field, Grid, LabelName, ScalarType, ScalarVolume, Shape, VectorField, VolumeError,
+    demo,
 };
 
 /// The prefix of volumes made in code.
@@ -364,6 +365,15 @@ impl Document {
     /// Which of the grid's fields is what functions leave of another.
     pub fn residual(&self) -> Option<usize> {
         (self.fields_in_file < self.grid.fields.len()).then_some(self.fields_in_file)
+    }
+
+    /// What the file calls the labels that are drawn.
+    pub fn label_names(&self) -> Vec<&LabelName> {
+        let component = match self.component {
+            Component::Index(index) => index,
+            _ => 0,
+        };
+        self.grid.label_names.iter().filter(|name| name.component == component).collect()
     }
 
     /// Whether the file has a field that can be drawn as vectors, or fields to put them together of.

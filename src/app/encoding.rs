@@ -272,6 +272,7 @@ impl Window {
                 let unit = scene.splat.opacity_unit_distance;
                 scene.splat =
                     SplatSettings { opacity_unit_distance: unit, ..SplatSettings::FUNCTIONS };
+                self.notices.settle();
                 self.notices.hint(told_of(&encoded, earlier.as_deref()));
                 let (field, component) = (document.field, document.component);
                 let encoded = Arc::new(encoded);

@@ -62,9 +62,10 @@ impl Window {
         }
     }
 
-    /// Asks for the path of a file.
+    /// Asks for the path of a file, beginning with the one of which nothing has come.
     pub(super) fn ask_for_file(&mut self, purpose: Purpose, suggestion: &Path) {
-        let dialog = NamedFileDialog::new(purpose, suggestion);
+        let unfinished = self.unfinished.get(&purpose).map(PathBuf::as_path);
+        let dialog = NamedFileDialog::new(purpose, unfinished.unwrap_or(suggestion));
         self.dialog = Some(Dialog::NamedFile(Box::new(dialog)));
     }
 
@@ -101,6 +102,7 @@ impl Window {
 
     /// Reads or writes the file that a dialog has asked for.
     pub(super) fn take_named_file(&mut self, ctx: &Context, purpose: Purpose, path: PathBuf) {
+        self.unfinished.insert(purpose, path.clone());
         match purpose {
             Purpose::LoadTransfer => self.load_transfer(ctx, path),
             Purpose::SaveTransfer => self.save_transfer(ctx, path),
@@ -150,7 +152,11 @@ impl Window {
         let Some(ended) = self.loading_design.as_ref().and_then(Job::poll) else { return };
         self.loading_design = None;
         match ended {
-            Ended::Finished(Ok(design)) => self.adopt(design),
+            Ended::Finished(Ok(design)) => {
+                self.unfinished.remove(&Purpose::LoadTransfer);
+                self.notices.settle();
+                self.adopt(design);
+            }
             Ended::Finished(Err(reason)) => self.notices.error(reason),
             Ended::Lost => self.notices.error("Loading stopped on a bug of the program"),
         }
@@ -171,7 +177,10 @@ impl Window {
                     self.exchange(ctx, Action::PasteTransfer);
                 }
                 Event::Paste(text) => match Design::from_text(&text) {
-                    Ok(design) => self.adopt(design),
+                    Ok(design) => {
+                        self.notices.settle();
+                        self.adopt(design);
+                    }
                     Err(error) => {
                         self.notices.error(format!("What was pasted cannot be used: {error}"))
                     }

@@ -130,6 +130,7 @@ impl Window {
         let Some(scene) = self.scene.as_mut().filter(|_| !was_cancelled) else { return };
         match ended {
             Ended::Finished(Ok(mesh)) => {
+                self.notices.settle();
                 let source = SampleSource::made(mesh.name());
                 let (places, name) = (mesh.places(), mesh.name().to_owned());
                 let mut layer = PolygonLayer::new(Arc::new(mesh));

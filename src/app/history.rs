@@ -50,6 +50,11 @@ impl<T: Clone + PartialEq> History<T> {
         true
     }
 
+    /// What is, to be changed without a step.
+    pub fn present_mut(&mut self) -> Option<&mut T> {
+        self.present.as_mut()
+    }
+
     /// Forgets the oldest steps for as long as those that are left are too much; whether any was.
     pub fn forget_while(&mut self, is_too_much: impl Fn(&VecDeque<T>) -> bool) -> bool {
         let before = self.past.len();

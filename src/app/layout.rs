@@ -32,6 +32,8 @@ use crate::volume::Statistics;
 /// waits.
 const SIDE_LEAST: f32 = 336.0;
 const BESIDE_LEAST: f32 = 200.0;
+/// Why it is not there.
+pub(super) const NO_SIDE_ROOM: &str = "The window is too narrow for the side panel: make it wider";
 /// Height that the accuracy panel leaves over itself at least, points.
 const ABOVE_LEAST: f32 = 60.0;
 /// Room that the side panel's button in the menus asks for, points.
@@ -56,8 +58,7 @@ impl Window {
         Panel::top("menus").frame(bar).show(ui, |ui| self.menus_ui(ui));
         let line = bar.inner_margin(Margin::symmetric(12, 4));
         Panel::bottom("status").frame(line).exact_size(28.0).show(ui, |ui| self.status_ui(ui));
-        let has_room = ui.available_width() >= SIDE_LEAST + BESIDE_LEAST;
-        if self.settings.side_panel && has_room {
+        if self.settings.side_panel && has_side_room(ui.ctx()) {
             Panel::right("side")
                 .frame(Frame::NONE)
                 .resizable(true)
@@ -101,8 +102,10 @@ impl Window {
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let side = entry_of(Action::ToggleSidePanel);
-                let button = Button::selectable(self.settings.side_panel, side.name);
-                if ui.add(button).on_hover_text(hint(ui.ctx(), side)).clicked() {
+                let has_room = has_side_room(ui.ctx());
+                let button = Button::selectable(self.settings.side_panel && has_room, side.name);
+                let button = ui.add_enabled(has_room, button).on_disabled_hover_text(NO_SIDE_ROOM);
+                if button.on_hover_text(hint(ui.ctx(), side)).clicked() {
                     chosen = Some(Action::ToggleSidePanel);
                 }
             });
@@ -250,7 +253,7 @@ impl Window {
             ui.label(RichText::new("Nothing is open").color(theme::TEXT_FAINT));
             return;
         };
-        inside::rendering_ui(ui, scene);
+        inside::rendering_ui(ui, scene, &document.first_look.transfer.colour);
         ui.add_space(4.0);
         let choice = section_ui(ui, sections, "Data", |ui| {
             let choice = data::data_ui(ui, document);
@@ -282,7 +285,8 @@ impl Window {
             }
             let default = document.first_look.transfer.clone();
             let (editor, bells) = (&mut self.transfer, &mut self.gaussians);
-            transfer::transfer_ui(ui, editor, scene, bells, |_: &Statistics| default)
+            let names = document.label_names();
+            transfer::transfer_ui(ui, editor, scene, bells, (|_: &Statistics| default, &names))
         });
         section_ui(ui, sections, "Shading", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
@@ -353,7 +357,7 @@ impl Window {
 
     fn viewport_ui(&mut self, ui: &mut Ui) {
         let area = PixelArea::covering(ui.max_rect(), ui.pixels_per_point());
-        self.viewport_size = area.size;
+        self.resize(area.size);
         self.viewport_pixels = area.pixels(ui.pixels_per_point());
         let response = ui.allocate_rect(area.rect, Sense::drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Viewport"));
@@ -461,6 +465,11 @@ impl Window {
             ui.ctx().request_repaint();
         }
     }
+}
+
+/// Whether the window is wide enough for the side panel.
+pub(super) fn has_side_room(ctx: &Context) -> bool {
+    ctx.content_rect().width() >= SIDE_LEAST + BESIDE_LEAST
 }
 
 /// Undo and redo, each with what it would do; `chosen` is the one that was clicked.

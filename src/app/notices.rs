@@ -31,6 +31,8 @@ const BUTTON_WIDTH: f32 = 76.0;
 const HINT_SECONDS: f64 = 6.0;
 /// The same of news, which may be longer to read.
 const NOTE_SECONDS: f64 = 12.0;
+/// Bad news stay for so long, seconds, whatever goes well meanwhile.
+const LEAST_ERROR_SECONDS: f64 = 6.0;
 
 /// Bad news or news.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +81,8 @@ pub struct Notices {
     shown: Vec<Notice>,
     /// Whether the older ones are shown, too.
     unfolded: bool,
+    /// Time of the last pass, seconds on the interface's clock.
+    now: f64,
 }
 
 impl Notices {
@@ -102,6 +106,15 @@ impl Notices {
         self.push(Kind::Hint, text.into());
     }
 
+    /// Takes bad news off the screen that have been read, because something that was asked for since went well.
+    pub fn settle(&mut self) {
+        let is_read = |notice: &Notice| {
+            notice.kind == Kind::Error
+                && notice.shown_at.is_some_and(|since| self.now - since >= LEAST_ERROR_SECONDS)
+        };
+        self.shown.retain(|notice| !is_read(notice));
+    }
+
     /// Takes everything off the screen.
     pub fn clear(&mut self) {
         self.shown.clear();
@@ -121,6 +134,7 @@ impl Notices {
     /// Draws the bars, newest at the bottom, and asks to be drawn again when one has to go.
     pub fn bars_ui(&mut self, ui: &mut Ui) {
         let now = ui.input(|input| input.time);
+        self.now = now;
         self.shown.retain(|notice| notice.left(now) > 0.0);
         let older = self.shown.len().saturating_sub(MOST_SHOWN);
         if older > 0 {
@@ -368,6 +382,21 @@ mod tests {
         // Nobody paints them.
         output.textures_delta.clear();
         output.viewport_output[&ViewportId::ROOT].repaint_delay
+    }
+
+    #[test]
+    fn bad_news_that_were_read_go_once_something_went_well() {
+        let ctx = Context::default();
+        let mut notices = Notices::default();
+        notices.error("old");
+        notices.note("note");
+        drawn(&mut notices, &ctx, 1.0);
+        notices.error("new");
+        drawn(&mut notices, &ctx, 5.0);
+        drawn(&mut notices, &ctx, 8.0);
+        notices.settle();
+        let texts: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
+        assert_eq!(texts, ["Note", "New"]);
     }
 
     #[test]

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use eframe::egui::{Context, ViewportCommand};
 use glam::DVec3;
 
-use super::camera_control;
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
 use super::document::{Document, RawLayout, ReadFailure, Source};
@@ -216,7 +215,7 @@ impl Window {
         let range = presets::range(&volume.statistics, RangeRule::Percentiles);
         let field = (Sampled::Volume(volume), Look::Field(look.transfer));
         let camera = before.as_ref().filter(|_| keep_view).map(|scene| scene.camera);
-        let unframed = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0);
+        let unframed = Camera { projection, ..Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0) };
         let seen_by = Scene::seen_by(camera.unwrap_or(unframed));
         // The axis that was chosen to be up stays so for the session.
         let up = before.as_ref().and_then(|scene| scene.up);
@@ -250,12 +249,6 @@ impl Window {
             // Its colours are there, unless somebody closed the section.
             self.settings.sections.entry(POLYGONS.to_owned()).or_insert(true);
         }
-        if camera.is_none() {
-            let orientation = look.orientation.with_up(scene.up);
-            let size = self.viewport_size.map(f64::from);
-            let framed = camera_control::framed(&scene, look.view, orientation, size);
-            scene.camera = Camera { projection, ..framed };
-        }
         if !keep_view {
             self.leave_file(ctx, &document);
             // Points of another file's world.
@@ -269,6 +262,9 @@ impl Window {
         self.clip.start_over();
         self.tell_of_file(&document, keep_view);
         self.document = Some(document);
+        if camera.is_none() {
+            self.fit(look.view);
+        }
     }
 
     /// Tells what there is to know of a file, of another field of it what is new: by one notice that says where it is listed,
@@ -290,6 +286,12 @@ impl Window {
                 }
             }
         }
+        let vectors = document.grid.fields.iter().find(|field| field.is_vectors());
+        let is_news = !is_same_file && document.vectors.is_none() && document.surface.is_none();
+        if let Some(vectors) = vectors.filter(|_| is_news) {
+            let name = &vectors.name;
+            self.notices.hint(format!("This file has vectors, too: {name}, under Vectors"));
+        }
     }
 
     /// Lets go of what belongs to the file that was open, before another is shown.
@@ -297,6 +299,7 @@ impl Window {
         self.vectors = Vectors::default();
         self.flow.job = None;
         self.encoding = None;
+        self.unfinished.clear();
         self.shading.start_over();
         self.clip.start_over();
         let title = format!("{} – Voxsplat", other.source.name());
@@ -312,6 +315,7 @@ impl Window {
             // A cancel that came too late still is one.
             _ if loading.job.is_cancelled() => {}
             Ended::Finished(Ok(document)) => {
+                self.unopened = None;
                 if !loading.keep_view {
                     self.notices.clear();
                     self.remember(&loading.source);
@@ -330,7 +334,10 @@ impl Window {
                 return;
             }
             Ended::Finished(Err(ReadFailure::Cancelled)) => {}
-            Ended::Finished(Err(ReadFailure::Refused(reason))) => self.notices.error(reason),
+            Ended::Finished(Err(ReadFailure::Refused(reason))) => {
+                self.notices.error(reason);
+                self.unopened = Some(loading.source);
+            }
             Ended::Finished(Err(ReadFailure::NotRecognised(reason))) => {
                 match loading.source.path() {
                     Some(path) => self.ask_raw_layout(path, None, Some(reason)),
@@ -344,6 +351,7 @@ impl Window {
                      under File, Raw layout…: {name}"
                 ));
                 self.undescribed = loading.source.path().map(Path::to_owned);
+                self.unopened = Some(loading.source);
             }
             Ended::Lost => {
                 let name = loading.source.name();
@@ -363,6 +371,12 @@ impl Window {
         }
     }
 
+    /// Asks for a path, beginning with the one that could not be opened.
+    pub(super) fn ask_for_path(&mut self) {
+        let text = self.unopened.as_ref().map(|source| source.key().display().to_string());
+        self.dialog = Some(Dialog::OpenPath(OpenPath::new(text.unwrap_or_default())));
+    }
+
     pub(super) fn take_chosen_file(&mut self, ctx: &Context) {
         let Some(answer) = self.file_dialog.as_ref().and_then(FileDialog::poll) else { return };
         self.file_dialog = None;
@@ -374,7 +388,7 @@ impl Window {
                     "The file dialog could not open because no desktop portal answered; \
                      type the path, or drop the file on the window",
                 );
-                self.dialog = Some(Dialog::OpenPath(OpenPath::default()));
+                self.ask_for_path();
             }
         }
     }

@@ -80,12 +80,16 @@ impl Window {
     }
 
     pub(super) fn take_saved(&mut self) {
-        let notices = &mut self.notices;
+        let (notices, unfinished) = (&mut self.notices, &mut self.unfinished);
         self.saving.retain(|job| {
             let Some(ended) = job.poll() else { return true };
             match ended {
                 _ if job.is_cancelled() => {}
-                Ended::Finished(Ok(written)) => notices.hint(format!("Saved {written}")),
+                Ended::Finished(Ok(written)) => {
+                    unfinished.retain(|purpose, _| purpose.reads());
+                    notices.settle();
+                    notices.hint(format!("Saved {written}"));
+                }
                 Ended::Finished(Err(reason)) => notices.error(reason),
                 Ended::Lost => notices.error("Saving stopped on a bug of the program"),
             }

@@ -6,14 +6,13 @@ use std::sync::Arc;
 use eframe::egui::Context;
 use glam::DVec3;
 
-use super::camera_control;
 use super::dialogs::named_file::Purpose;
 use super::document::Source;
 use super::file_dialog::{Answer, FileDialog};
 use super::job::{Ended, Job};
 use super::panels::POLYGONS;
 use super::window::Window;
-use crate::core::{Camera, counted};
+use crate::core::counted;
 use crate::io::ReadError;
 use crate::io::labels::{self, OpenedLabels};
 use crate::io::mesh::{self, OpenedMesh};
@@ -123,6 +122,7 @@ impl Window {
     }
 
     fn add_labels(&mut self, opened: OpenedLabels) {
+        self.unfinished.remove(&Purpose::AddLabels);
         let name = opened.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let bounds = opened.labels.iter().map(|label| label.mesh.bounds());
@@ -143,21 +143,17 @@ impl Window {
 
     /// Adds surfaces to the scene. A view that nobody has moved since the file was opened shows them, too.
     fn add_surfaces(&mut self, add: impl FnOnce(&mut Scene)) {
-        let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
+        let view = self.unmoved_view();
         let Some(scene) = &mut self.scene else { return };
-        let first = |scene: &Scene| {
-            let framed = camera_control::framed(scene, orientation.first_view(), orientation, size);
-            Camera { projection: scene.camera.projection, ..framed }
-        };
-        let is_unmoved = scene.camera == first(scene);
         add(scene);
-        if is_unmoved {
-            scene.camera = first(scene);
+        if let Some(view) = view {
+            self.fit(view);
         }
     }
 
     fn tell_of_surfaces(&mut self, name: &str, warnings: &[String], [low, high]: [DVec3; 2]) {
         let Some(scene) = &self.scene else { return };
+        self.notices.settle();
         // What was added is in sight, unless somebody closed its section.
         self.settings.sections.entry(POLYGONS.to_owned()).or_insert(true);
         for warning in warnings {

@@ -13,10 +13,10 @@ use crate::volume::{Samples, ScalarVolume, demo};
 /// Greatest side of a preview, pixels; larger slices are thinned out.
 const PREVIEW_SIDE: usize = 512;
 /// Extensions of formats with a header: without one such a file is damaged, not raw.
-const WITH_HEADER: [&str; 27] = [
+const WITH_HEADER: [&str; 29] = [
     "vrbf", "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtu", "vtp", "pvtu", "pvtp", "vtk",
     "nc", "ex2", "exo", "nii", "npy", "npz", "mrc", "dcm", "tif", "tiff", "h5", "hdf5", "nc4",
-    "csv",
+    "csv", "txt", "asc",
 ];
 
 /// Files on disk and volumes made in code.
@@ -91,19 +91,20 @@ fn opened(result: Result<io::Opened, ReadError>) -> Result<ReadGrid, ReadFailure
             Ok(ReadGrid { grid, warnings, series })
         }
         Err(error) if error.is_cancelled() => Err(ReadFailure::Cancelled),
-        Err(error) if matches!(error.problem, Problem::Unrecognised(_)) => {
+        Err(error) => {
             let extension = error.path.extension().unwrap_or_default().to_ascii_lowercase();
-            let text = error.to_string();
-            if WITH_HEADER.iter().any(|known| extension == *known) {
-                Err(ReadFailure::Refused(text))
-            } else {
-                Err(ReadFailure::NotRecognised(text))
-            }
+            let has_header = WITH_HEADER.iter().any(|known| extension == *known);
+            Err(match &error.problem {
+                Problem::Foreign { name } => ReadFailure::Foreign(name.clone()),
+                Problem::Unrecognised(mismatch) if !has_header => {
+                    ReadFailure::NotRecognised(format!(
+                        "Expected {}, found {}: if these are samples without a header, say how they lie",
+                        mismatch.expected, mismatch.found
+                    ))
+                }
+                _ => ReadFailure::Refused(error.to_string()),
+            })
         }
-        Err(error) => match error.problem {
-            Problem::Foreign { name } => Err(ReadFailure::Foreign(name)),
-            _ => Err(ReadFailure::Refused(error.to_string())),
-        },
     }
 }
 
@@ -222,6 +223,8 @@ mod tests {
     fn a_damaged_header_is_refused_not_asked_about() {
         let (_folder, path) = written("a.nrrd", b"nonsense");
         assert!(matches!(read(&path).err(), Some(ReadFailure::Refused(_))));
+        let (_folder, path) = written("notes.txt", b"not a table\nof points\n");
+        assert!(matches!(read(&path).err(), Some(ReadFailure::Refused(_))));
         let missing = read(Path::new("/nowhere/at all.nrrd")).err();
         assert!(matches!(missing, Some(ReadFailure::Refused(_))), "{missing:?}");
     }
@@ -230,6 +233,7 @@ mod tests {
     fn a_format_that_is_not_read_is_told_by_its_name() {
         for (name, bytes, what) in [
             ("a.pdf", &b"%PDF-1.7"[..], "a PDF document"),
+            ("notes.md", "To do: draw \u{e9}\n".as_bytes(), "a text file"),
             ("a_2x2x3_uint8.raw", b"\x89PNG\r\n\x1a\n", "a PNG picture"),
         ] {
             let (_folder, path) = written(name, bytes);

@@ -71,7 +71,7 @@ pub struct PictureLine {
 pub(super) fn create(path: &Path) -> anyhow::Result<File> {
     // Held until the file is open: a pipe's reader would think that this was all.
     let _fit = OutputFile::check(path, "the trace").map_err(|error| anyhow!(error))?;
-    // It is begun before anything is opened, so that a slip of the pen would empty what is to be.
+    // The trace is begun before any file is opened: a wrong name would empty the volume that is to be shown.
     let mut first = [b'{'];
     if path.is_file()
         && File::open(path).and_then(|mut file| file.read(&mut first)).is_ok()

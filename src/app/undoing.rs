@@ -27,7 +27,7 @@ use crate::volume::Samples;
 const WHEEL_SECS: f64 = 0.6;
 /// Seconds within which a second press of the key takes the open file away.
 const AGAIN_SECS: f64 = 8.0;
-/// And so long it has to rest before, seconds.
+/// Seconds that the key has to rest before a second press counts.
 const BURST_SECS: f64 = 0.6;
 
 /// Everything that can be undone, as plain data; the volume is shared.
@@ -215,6 +215,14 @@ impl Window {
         if self.history.record(&state, wheel && goes_on) {
             self.wheel.last_secs = wheel.then_some(now_secs);
             self.limit_memory(&state);
+        }
+    }
+
+    /// Another camera for the state that steps go on from.
+    pub(super) fn amend_view(&mut self) {
+        let camera = self.scene.as_ref().map(|scene| scene.camera);
+        if let Some((present, camera)) = self.history.present_mut().zip(camera) {
+            present.scene.camera = camera;
         }
     }
 

@@ -149,6 +149,7 @@ impl Window {
         let Some(scene) = &mut self.scene else { return };
         match ended {
             Ended::Finished(Ok(field)) => {
+                self.notices.settle();
                 let path = self.document.as_ref().map(|document| document.source.key());
                 let source = SampleSource::whole(&path.unwrap_or_default(), &field.name);
                 let field = Arc::new(field);

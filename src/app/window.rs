@@ -1,5 +1,6 @@
 //! The window's state, and what its commands, jobs and dialogs do to it.
 
+use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,7 +15,7 @@ use super::cells::CellsOverlay;
 use super::clip_box::BoxHandles;
 use super::compare::{Compare, Display};
 use super::dialogs::Outcome;
-use super::dialogs::named_file::NamedFileDialog;
+use super::dialogs::named_file::{NamedFileDialog, Purpose};
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
 use super::dialogs::save::SaveDialog;
@@ -29,6 +30,7 @@ use super::first_hint::FirstHint;
 use super::flow::Flow;
 use super::history::History;
 use super::job::Job;
+use super::layout::{NO_SIDE_ROOM, has_side_room};
 use super::leveling::Leveling;
 use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
@@ -90,6 +92,7 @@ pub(super) enum Dialog {
     Save(Box<SaveDialog>),
     NamedFile(Box<NamedFileDialog>),
     Help,
+    About,
 }
 
 /// The window.
@@ -110,6 +113,8 @@ pub struct Window {
     /// When the key for undo last asked whether the open file is to go.
     pub(super) undo_asked_secs: Option<f64>,
     pub(super) viewport: Viewport,
+    /// The view that shows everything, and the camera that was found for it; the view is moved once its camera is another.
+    pub(super) fitted: Option<(NamedView, Camera)>,
     /// The viewport's size in physical pixels at the last pass.
     pub(super) viewport_size: [u32; 2],
     /// The same with its place on the window before it: left, top, width, height.
@@ -143,8 +148,12 @@ pub struct Window {
     pub(super) last_valid_mode: SplatSettings,
     pub(super) file_dialog: Option<FileDialog>,
     pub(super) loading: Option<Loading>,
+    /// What was to be opened and could not be: *Open path* begins with it.
+    pub(super) unopened: Option<Source>,
     /// The file of another format that was refused last, whose samples may be described all the same.
     pub(super) undescribed: Option<PathBuf>,
+    /// Files that were named in a dialog, of which nothing has come: the dialog begins with them.
+    pub(super) unfinished: HashMap<Purpose, PathBuf>,
     pub(super) saving: Vec<Job<Saved>>,
     /// Milliseconds of a pixel of the last picture that was drawn in full.
     pub(super) pixel_ms: Option<f64>,
@@ -172,6 +181,7 @@ impl Window {
             history: History::default(),
             wheel: Wheel::default(),
             undo_asked_secs: None,
+            fitted: None,
             viewport_size: [1, 1],
             viewport_pixels: [0, 0, 1, 1],
             pacing: Pacing::default(),
@@ -200,7 +210,9 @@ impl Window {
             last_valid_mode: SplatSettings::default(),
             file_dialog: None,
             loading: None,
+            unopened: None,
             undescribed: None,
+            unfinished: HashMap::new(),
             saving: Vec::new(),
             pixel_ms: None,
             loading_design: None,
@@ -274,7 +286,7 @@ impl Window {
         match action {
             Action::Open => self.file_dialog = Some((self.parts.chooser)(ctx)),
             Action::OpenFolder => self.file_dialog = Some(FileDialog::open_folder(ctx)),
-            Action::OpenPath => self.dialog = Some(Dialog::OpenPath(OpenPath::default())),
+            Action::OpenPath => self.ask_for_path(),
             Action::RawLayout => self.ask_raw_layout_again(),
             Action::EmbedPolygons => self.choose_surfaces(ctx, Surfaces::Polygons),
             Action::AddLabels => self.choose_surfaces(ctx, Surfaces::Labels),
@@ -314,6 +326,7 @@ impl Window {
             Action::ToggleAxes => self.toggle_annotation(Annotation::Axes),
             Action::ToggleTrihedron => self.toggle_annotation(Annotation::Trihedron),
             Action::ToggleCells => self.toggle_cells(),
+            Action::ToggleSidePanel if !has_side_room(ctx) => self.notices.hint(NO_SIDE_ROOM),
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
             Action::ToggleCompare => {
@@ -331,6 +344,7 @@ impl Window {
                 let shown = matches!(self.dialog, Some(Dialog::Help));
                 self.dialog = (!shown).then_some(Dialog::Help);
             }
+            Action::About => self.dialog = Some(Dialog::About),
         }
     }
 
@@ -399,10 +413,34 @@ impl Window {
     }
 
     fn reset_view(&mut self) {
+        self.fit(self.orientation().first_view());
+    }
+
+    /// Shows everything along a named view, by the projection that there is.
+    pub(super) fn fit(&mut self, view: NamedView) {
         let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
         if let Some(scene) = &mut self.scene {
-            let framed = camera_control::framed(scene, orientation.first_view(), orientation, size);
+            let framed = camera_control::framed(scene, view, orientation, size);
             scene.camera = Camera { projection: scene.camera.projection, ..framed };
+            self.fitted = Some((view, scene.camera));
+        }
+    }
+
+    /// The view of everything, while nobody has moved it.
+    pub(super) fn unmoved_view(&self) -> Option<NamedView> {
+        let camera = self.scene.as_ref().map(|scene| scene.camera)?;
+        self.fitted.filter(|(_, fitted)| *fitted == camera).map(|(view, _)| view)
+    }
+
+    /// Takes note of the viewport's size in physical pixels. A view of everything that nobody has moved stays one, which is no step to
+    /// be undone.
+    pub(super) fn resize(&mut self, size: [u32; 2]) {
+        if std::mem::replace(&mut self.viewport_size, size) == size {
+            return;
+        }
+        if let Some(view) = self.unmoved_view() {
+            self.fit(view);
+            self.amend_view();
         }
     }
 
@@ -452,6 +490,10 @@ impl Window {
         let Some(mut dialog) = self.dialog.take() else { return };
         let stays = match &mut dialog {
             Dialog::Help => !super::dialogs::help::help_ui(ctx),
+            Dialog::About => {
+                let engine = self.parts.drawer.adapter_name();
+                !super::dialogs::about::about_ui(ctx, engine.as_deref())
+            }
             Dialog::OpenPath(open_path) => match open_path.show(ctx) {
                 Outcome::Done(Source::File(path)) => {
                     self.open_any(ctx, path);

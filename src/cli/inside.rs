@@ -10,6 +10,7 @@ use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Inside, Isosurface, Plane, Slice, SplatSettings,
     projected_range,
 };
+use crate::transfer::Kind;
 use crate::volume::ScalarVolume;
 
 /// What is cut away.
@@ -176,6 +177,7 @@ impl InsideFlags {
             clip: Clip { faces, ..clip },
             along: self.projection.unwrap_or_default(),
             projected_range: None,
+            projected_grey: false,
             slices: slices.map(|slice| Slice { only_shown, edges, ..slice }).collect(),
             isosurfaces: self.iso.clone(),
         };
@@ -205,7 +207,10 @@ impl InsideFlags {
         // Names of things keep their own colours.
         let is_free = !scene.chooses_colours() && splat.kernel != Kernel::Nearest;
         let range = is_free.then(|| projected_range(volume, inside.along));
-        Ok(Inside { projected_range: range.flatten(), ..inside })
+        let projected_grey = is_free
+            && inside.along != AlongRay::Composite
+            && Kind::of(&volume.statistics).is_of_scan();
+        Ok(Inside { projected_range: range.flatten(), projected_grey, ..inside })
     }
 
     /// Refuses slices across an axis that meet nothing of the volume.

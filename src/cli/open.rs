@@ -1,5 +1,6 @@
 //! A file named on the command line.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -7,7 +8,7 @@ use glam::DVec3;
 
 use super::flags::{InputFlags, ModeFlags, SceneFlags};
 use super::{Failure, note, surface};
-use crate::core::{Camera, Projection, Ticket};
+use crate::core::{Camera, Projection, Ticket, plain_number};
 use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
 use crate::scene::{
@@ -229,6 +230,7 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
         opening.camera.up = orientation.up.vector();
     }
     let camera = camera(flags, &opening.camera);
+    check_scale(flags, volume.lattice.bounding_radius())?;
     no_up(flags, &camera).iter().for_each(|what| note(what));
     let mut regions = Vec::new();
     if let Some(function) = opening.transfer_mut() {
@@ -420,6 +422,8 @@ fn by_percentiles(preset: Preset) -> String {
 
 /// Vectors whose angle has a lesser sine than this are parallel: what is left of one across the other is rounding.
 const PARALLEL: f64 = 1e-6;
+/// Half heights of the view, in radii of the volume, within which a view has numbers.
+const SCALES: RangeInclusive<f64> = 1e-9..=1e9;
 
 /// What to say of an up that is none in the picture.
 fn no_up(flags: &SceneFlags, camera: &Camera) -> Option<String> {
@@ -433,6 +437,20 @@ fn no_up(flags: &SceneFlags, camera: &Camera) -> Option<String> {
              the picture: {x},{y},{z} is taken"
         )
     })
+}
+
+/// Refuses a half height of the view in which nothing of a volume could be told from nothing.
+fn check_scale(flags: &SceneFlags, radius: f64) -> Result<(), Failure> {
+    let times = flags.parallel_scale.map(|scale| scale / radius);
+    match flags.parallel_scale.filter(|_| times.is_some_and(|times| !SCALES.contains(&times))) {
+        None => Ok(()),
+        Some(found) => Err(Failure::Failed(format!(
+            "expected --parallel-scale, half the height of the view, within a billion times and a billionth of this volume's \
+             radius ({}), found {}; give the height that is to be seen",
+            plain_number(radius),
+            plain_number(found)
+        ))),
+    }
 }
 
 fn camera(flags: &SceneFlags, opening: &Camera) -> Camera {

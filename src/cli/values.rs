@@ -164,10 +164,13 @@ pub(super) fn positive(text: &str) -> Parsed<f64> {
 
 /// An error: in the data's units, or % of their range.
 pub(super) fn wanted_error(text: &str) -> Parsed<Wanted> {
-    match text.trim().strip_suffix('%') {
-        Some(percent) => positive(percent).map(Wanted::Percent),
-        None => positive(text).map(Wanted::Units),
-    }
+    let (number, wanted): (_, fn(f64) -> Wanted) = match text.trim().strip_suffix('%') {
+        Some(percent) => (percent, Wanted::Percent),
+        None => (text, Wanted::Units),
+    };
+    let expected =
+        |_| format!("expected a number above 0, or so many percent, found {}", found(text));
+    positive(number).map(wanted).map_err(expected)
 }
 
 /// Two values LOW:HIGH, the least first; they may be the same.

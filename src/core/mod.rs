@@ -15,8 +15,8 @@ pub mod progress;
 
 pub use camera::{Camera, Projection};
 pub use colour::{LinearRgb, Srgb8};
-pub use names::counted;
 pub(crate) use names::names;
+pub use names::{counted, plain_number};
 pub use pace::Pace;
 #[cfg(test)]
 pub(crate) use pieces::assert_stops;

@@ -48,9 +48,21 @@ pub fn counted(count: usize, one: &str) -> String {
     if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") }
 }
 
+/// A number in full, or by its power of ten where that would be a row of zeros.
+pub fn plain_number(value: f64) -> String {
+    let is_plain = value == 0.0 || (1e-6..1e16).contains(&value.abs());
+    if is_plain { value.to_string() } else { format!("{value:e}") }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::counted;
+    use super::{counted, plain_number};
+
+    #[test]
+    fn numbers_are_written_without_rows_of_zeros() {
+        let words = [0.0, -2.5, 1e-5, 1e300, -1e-9].map(plain_number);
+        assert_eq!(words, ["0", "-2.5", "0.00001", "1e300", "-1e-9"]);
+    }
 
     #[test]
     fn one_of_a_kind_is_no_plural() {

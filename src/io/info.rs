@@ -10,7 +10,7 @@ use super::error::plain;
 use super::{Facts, Opened, Series};
 use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
-use crate::core::{Srgb8, counted};
+use crate::core::{Srgb8, counted, plain_number};
 use crate::rbf::four_digits;
 use crate::volume::{Field, Grid, LabelName, ScalarType, Shape, Statistics};
 
@@ -239,12 +239,6 @@ fn bounds(shape: &Shape) -> Option<[f64; 6]> {
     Some([low.x, high.x, low.y, high.y, low.z, high.z])
 }
 
-/// A number in full, or by its power of ten where that would be a row of zeros.
-fn plain_or_power(value: f64) -> String {
-    let is_plain = value == 0.0 || (1e-6..1e16).contains(&value.abs());
-    if is_plain { value.to_string() } else { format!("{value:e}") }
-}
-
 /// A number of single precision with the digits that it has. The JSON has those of its double.
 fn single(value: f64) -> String {
     #[expect(clippy::cast_possible_truncation, reason = "it has no more digits")]
@@ -260,7 +254,7 @@ fn without_rounding(value: f64) -> f64 {
 
 impl fmt::Display for Info {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let triple = |v: [f64; 3]| v.map(|v| plain_or_power(without_rounding(v))).join(" ");
+        let triple = |v: [f64; 3]| v.map(|v| plain_number(without_rounding(v))).join(" ");
         writeln!(f, "{:<11}{}, {}", "format", self.format, self.kind)?;
         if let Some([x, y, z]) = self.dims {
             writeln!(f, "{:<11}{x} × {y} × {z}", "dims")?;
@@ -283,7 +277,7 @@ impl fmt::Display for Info {
             writeln!(f, "{axis:<11}{}", triple([column[0], column[1], column[2]]))?;
         }
         for (axis, list) in names.into_iter().zip(self.coordinates.iter().flatten()) {
-            let number = plain_or_power;
+            let number = plain_number;
             write!(f, "{axis:<11}{} to {}", number(list.first), number(list.last))?;
             match (list.min_step, list.max_step) {
                 (Some(min), Some(max)) => {
@@ -293,7 +287,7 @@ impl fmt::Display for Info {
             }
         }
         for (axis, ends) in names.into_iter().zip(self.bounds.iter().flat_map(|b| b.chunks(2))) {
-            let [low, high] = [ends[0], ends[1]].map(plain_or_power);
+            let [low, high] = [ends[0], ends[1]].map(plain_number);
             writeln!(f, "{axis:<11}{low} to {high}")?;
         }
         writeln!(f, "{:<11}{}", "space", self.space.as_deref().unwrap_or("not stated"))?;
@@ -301,7 +295,7 @@ impl fmt::Display for Info {
             writeln!(f, "{:<11}{unit}", "unit")?;
         }
         if let Some(encoding) = &self.encoding {
-            let number = |v: f64| plain_or_power(four_digits(v));
+            let number = |v: f64| plain_number(four_digits(v));
             writeln!(
                 f,
                 "{:<11}{} ({}) of {}: greatest error {}, mean {}",
@@ -321,7 +315,7 @@ impl fmt::Display for Info {
         }
         for field in &self.fields {
             let is_single = field.scalar_type == ScalarType::Float32.name();
-            let one = |v| if is_single { single(v) } else { plain_or_power(v) };
+            let one = |v| if is_single { single(v) } else { plain_number(v) };
             let number = |v: Option<f64>| v.map_or("none".to_owned(), one);
             let length = match field.magnitude_max {
                 Some(length) => format!(", length up to {}", one(length)),

@@ -319,18 +319,21 @@ fn recognise(path: &Path) -> Result<Format, Problem> {
         _ if plot3d::is_it(path, extension, &start)? => Ok(Format::Plot3d),
         _ if table::is_it(extension, &start) => Ok(Format::Table),
         "csv" | "tsv" if foreign(&start).is_none() => Err(table::refusal(&start)),
+        "txt" | "asc" if is_text(&start) => Err(table::refusal(&start)),
         _ if foreign(&start).is_some() => {
             Err(Problem::Foreign { name: foreign(&start).unwrap_or_default().to_owned() })
         }
         "raw" | "bin" | "dat" | "img" | "vol" => Ok(Format::Raw),
         _ if raw::guess(&name, len).dims.is_some() => Ok(Format::Raw),
-        _ => Err(plot3d::refusal(path, extension, &start)?.unwrap_or_else(|| {
-            unrecognised(
+        _ => Err(match plot3d::refusal(path, extension, &start)? {
+            Some(refusal) => refusal,
+            None if is_text(&start) => Problem::Foreign { name: "a text file".to_owned() },
+            None => unrecognised(
                 "a volume in one of the formats that are read",
                 format!("bytes that begin with {}", quoted_bytes(&start)),
                 "convert it, or give --raw-dims and --raw-type for samples without a header",
-            )
-        })),
+            ),
+        }),
     }
 }
 
@@ -396,6 +399,18 @@ fn by_content(start: &[u8]) -> Result<Option<Format>, Problem> {
         return Ok(Some(Format::Mrc));
     }
     Ok(metaimage::looks_like_it(start).then_some(Format::MetaImage))
+}
+
+/// Whether the first bytes of a file are words rather than samples.
+fn is_text(start: &[u8]) -> bool {
+    let whole = match std::str::from_utf8(start) {
+        Ok(text) => text.len(),
+        // The last letter may be cut off.
+        Err(error) if error.error_len().is_none() => error.valid_up_to(),
+        Err(_) => return false,
+    };
+    let is_written = |byte: &u8| !byte.is_ascii_control() || byte.is_ascii_whitespace();
+    whole > 0 && start[..whole].iter().all(is_written)
 }
 
 /// The name of a well-known format that is not read, by its first bytes.

@@ -60,7 +60,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8};
-use crate::transfer::{TransferFunction, presets};
+use crate::transfer::{ColourMap, ColourSource, TransferFunction, presets};
 use crate::volume::{Lattice, ScalarVolume};
 
 /// What lies behind the volume.
@@ -117,19 +117,22 @@ impl Scene {
         found.filter(|own| *own > 0.0).unwrap_or_else(|| self.lattice().smallest_spacing())
     }
 
-    /// The transfer function that its field is drawn with: projected values have their colours in a range of their own,
-    /// where there is one.
+    /// The transfer function that its field is drawn with: projected values have their colours in a range of their own, or
+    /// are grey, where that is chosen.
     pub fn drawn_transfer(&self) -> Option<Cow<'_, TransferFunction>> {
         let transfer = self.transfer()?;
         let inside = self.inside_in_place().shown_by(&self.splat);
-        let range = inside.projected_range.filter(|_| inside.along != AlongRay::Composite);
-        Some(match range {
-            None => Cow::Borrowed(transfer),
-            Some(range) => Cow::Owned(TransferFunction {
-                colour: transfer.colour.stretched(range),
-                ..transfer.clone()
-            }),
-        })
+        let projects = inside.along != AlongRay::Composite;
+        let range = inside.projected_range.filter(|_| projects);
+        let colour = match (inside.projected_grey && projects, range) {
+            (false, None) => return Some(Cow::Borrowed(transfer)),
+            (false, Some(range)) => transfer.colour.stretched(range),
+            (true, range) => {
+                let range = range.unwrap_or_else(|| transfer.colour.range());
+                ColourSource::Map { map: ColourMap::Gray, range }
+            }
+        };
+        Some(Cow::Owned(TransferFunction { colour, ..transfer.clone() }))
     }
 
     /// What it asks for beside the transfer function and the mode.

@@ -162,7 +162,7 @@ pub struct FrameReport {
     pub remaining_rmse: Option<f64>,
     /// What that may be off by, dB.
     pub remaining_within_db: f64,
-    /// What is thought of it until then.
+    /// What is thought of it until then; on a coarse picture, of the full one that it is on the way to.
     pub remaining_thought: Option<Told>,
     /// On `full` and the finer ones after it: what the coarse picture of the same view was thought to be
     /// off by, and was.

@@ -57,6 +57,11 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Whether they are of a scanner or a microscope, whose projections are shown in grey.
+    pub fn is_of_scan(self) -> bool {
+        matches!(self, Self::Ct { .. } | Self::EightBits | Self::WholeNumbers)
+    }
+
     /// Of values of these statistics.
     pub fn of(statistics: &Statistics) -> Self {
         if !is_whole(statistics) {

@@ -11,6 +11,7 @@ mod diverging;
 mod function;
 mod gaussian;
 mod kind;
+mod labels;
 mod named_presets;
 mod no_data;
 pub mod presets;
@@ -27,6 +28,7 @@ pub use function::{
 };
 pub use gaussian::{GAUSSIAN_TOLERANCE, Gaussian, MOST_GAUSSIANS, opacity_of, points_of};
 pub use kind::{Kind, colour_of_label};
+pub use labels::labels_of;
 pub use no_data::NoData;
 pub use regions::{MOST_REGIONS, Region, RegionError, RegionShape};
 pub use simplify::{FREEHAND_TOLERANCE, MOST_DRAWN_POINTS, redrawn};

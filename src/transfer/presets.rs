@@ -12,7 +12,7 @@ const SPIKE: f64 = 0.05;
 /// The background's peak ends where the histogram falls below this part of its height.
 const FOOT: f64 = 0.05;
 /// Opacity of every label: little of what lies behind a face shows, so that light makes its shape.
-const LABEL_OPACITY: f64 = 0.9;
+pub(super) const LABEL_OPACITY: f64 = 0.9;
 /// Over a median edge of cells, where their values are least and greatest.
 const CELL_OPACITY: [f64; 2] = [0.3, 0.7];
 /// So many unit distances through cells are enough to show them.

@@ -87,6 +87,23 @@ fn a_first_look_lights_faces_and_any_word_about_light_or_opacity_puts_it_out() {
 }
 
 #[test]
+fn projections_of_scans_are_grey_unless_colours_are_chosen() {
+    if !can_draw() {
+        return;
+    }
+    let is_grey = |volume: &str, more: &[&str]| {
+        let (png, _) = rendered(volume, &[&["--projection", "maximum"], more].concat());
+        let picture = image::load_from_memory(&png).expect("a PNG").into_rgb8();
+        let mut lit = picture.pixels().filter(|pixel| pixel.0.iter().any(|&part| part > 60));
+        assert!(lit.next().is_some(), "something is seen");
+        lit.all(|pixel| pixel.0.iter().max() == pixel.0.iter().min())
+    };
+    assert!(is_grey(HEAD, &[]));
+    assert!(!is_grey(HEAD, &["--colormap", "inferno"]) && !is_grey(HEAD, &["--preset", "ct-soft"]));
+    assert!(!is_grey("demo:blobs:16", &[]), "a simulation keeps its colours");
+}
+
+#[test]
 fn names_are_drawn_by_the_nearest_of_them_unless_a_mode_is_asked_for() {
     if !can_draw() {
         return;

@@ -43,6 +43,9 @@ fn every_value_that_is_none_is_refused_in_plain_words() {
         ("render", "--opacity", "1:0,,2:1", "expected VALUE:OPACITY, found nothing"),
         ("render", "--colormap", "a\nb", "found \"a\\nb\""),
         ("render", "--adapter", "", "found nothing"),
+        ("render", "--slabs-per-voxel", "1e300", "found 1e300; choose"),
+        ("render", "--extent", "1e300", "found 1e300; choose"),
+        ("encode", "--max-error", "-1%", "or so many percent, found \"-1%\""),
         ("accuracy", "--pixels", "0", "a whole number from 1 to"),
         ("accuracy", "--pixels", "-3", "found \"-3\""),
         ("accuracy", "--seed", "x", whole),
@@ -52,6 +55,19 @@ fn every_value_that_is_none_is_refused_in_plain_words() {
         assert!(said.contains(words), "{flag} {value}: {said}");
         let jargon = ["digit", "target type", "is not in", "unexpected argument", "float literal"];
         assert!(!jargon.iter().any(|word| said.contains(word)), "{flag} {value}: {said}");
+    }
+}
+
+#[test]
+fn a_view_without_numbers_is_refused_by_its_flag() {
+    for scale in ["1e308", "1e-308"] {
+        let run = voxsplat(&["render", DEMO, "-o", "-", "--parallel-scale", scale]);
+        let said = errors(&run);
+        assert_eq!(run.status.code(), Some(1), "{said}");
+        assert!(
+            said.contains("--parallel-scale") && said.contains(&format!("found {scale}")),
+            "{said}"
+        );
     }
 }
 

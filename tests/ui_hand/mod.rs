@@ -3,12 +3,13 @@
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, vec2};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use glam::DVec3;
 use voxsplat::app::camera_control::Turning;
 use voxsplat::scene::annotations::AxisEnd;
 use voxsplat::scene::{AlongRay, NamedView, Orientation, Slice, UpAxis, View, projected_range};
 use voxsplat::task::annotations::laid_out;
+use voxsplat::transfer::{ColourMap, ColourSource};
 
 use crate::ui_support::Bench;
 
@@ -243,6 +244,105 @@ fn the_key_list_fits_a_usual_window_and_a_small_one_shows_that_there_is_more() {
     bench.harness.run_steps(4);
     let close = bench.harness.get_by_label("Close").rect();
     assert!(close.bottom() < 420.0, "the button stays in sight: {close}");
+}
+
+#[test]
+fn a_view_of_everything_stays_one_however_wide_the_window_and_one_that_was_moved_stays_as_it_is() {
+    let mut bench = Bench::opened();
+    let per_shape = |bench: &Bench| {
+        let viewport = bench.viewport();
+        bench.camera().parallel_scale / f64::from(viewport.height() / viewport.width()).max(1.0)
+    };
+    let before = per_shape(&bench);
+    for size in [[700.0, 900.0], [900.0, 300.0], [1280.0, 2090.0]] {
+        bench.harness.set_size(size.into());
+        bench.settle();
+        let now = per_shape(&bench);
+        assert!((now / before - 1.0).abs() < 0.01, "{size:?}: {now} rather than {before}");
+    }
+    press(&mut bench, Modifiers::COMMAND, Key::Z);
+    assert!(bench.shows("There is nothing to undo"));
+    bench.wheel(2.0);
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(20.0, 0.0));
+    let moved = bench.camera();
+    bench.harness.set_size(vec2(700.0, 900.0));
+    bench.settle();
+    assert_eq!(bench.camera(), moved);
+}
+
+#[test]
+fn a_window_that_is_too_narrow_for_the_side_panel_says_so() {
+    let mut bench = Bench::opened();
+    bench.harness.set_size(vec2(500.0, 700.0));
+    bench.harness.run_steps(4);
+    let button = bench.harness.get_by_role_and_label(Role::Button, "Side panel");
+    assert!(button.accesskit_node().is_disabled());
+    bench.harness.key_press(Key::F9);
+    bench.harness.run_steps(4);
+    assert!(bench.tells("too narrow for the side panel") && bench.window().settings().side_panel);
+}
+
+#[test]
+fn about_names_the_papers_and_what_draws() {
+    let mut bench = Bench::opened();
+    bench.harness.get_by_label("Help").click();
+    bench.harness.run_steps(3);
+    bench.harness.get_by_label("About Voxsplat").click();
+    bench.harness.run_steps(4);
+    for part in
+        [env!("CARGO_PKG_VERSION"), "Westover", "Laur and Hanrahan", "Crawfis and Max", "Jang"]
+    {
+        assert!(bench.tells(part), "{part}");
+    }
+    bench.harness.get_by_label("Close").click();
+    bench.harness.run_steps(4);
+    assert!(!bench.tells("Westover"));
+}
+
+#[test]
+fn a_path_that_could_not_be_opened_is_there_to_be_corrected() {
+    let mut bench = Bench::opened();
+    let begins_with = |bench: &mut Bench| {
+        press(bench, Modifiers::COMMAND, Key::L);
+        let field = bench.harness.get_by_label("A file, or demo:NAME");
+        let begins_with = field.accesskit_node().value();
+        press(bench, Modifiers::NONE, Key::Escape);
+        bench.harness.run_steps(4);
+        press(bench, Modifiers::NONE, Key::Escape);
+        bench.harness.run_steps(4);
+        begins_with.unwrap_or_default()
+    };
+    bench.open("folder/bad.nrrd");
+    assert_eq!(begins_with(&mut bench), "folder/bad.nrrd");
+    bench.open("good.nrrd");
+    assert_eq!(begins_with(&mut bench), "");
+}
+
+#[test]
+fn a_file_that_has_vectors_beside_its_values_says_so() {
+    let mut bench = Bench::opened();
+    bench.open("triples.nrrd");
+    assert!(bench.tells("has vectors, too: wind"));
+    bench.open("vector.nrrd");
+    assert!(!bench.tells("has vectors, too"), "they are seen");
+}
+
+#[test]
+fn a_projection_of_a_scan_is_grey_until_colours_are_chosen() {
+    let mut bench = Bench::opened();
+    let is_grey = |bench: &Bench| {
+        let drawn = bench.last_request().scene.drawn_transfer().expect("one").into_owned();
+        matches!(drawn.colour, ColourSource::Map { map: ColourMap::Gray, .. })
+    };
+    bench.choose("Rendering", "Maximum (MIP)");
+    assert!(is_grey(&bench));
+    bench.harness.get_by_label("In grey").click();
+    bench.settle();
+    assert!(!is_grey(&bench));
+    bench.choose("Rendering", "Volume");
+    bench.choose("Colours", "Magma");
+    bench.choose("Rendering", "Average");
+    assert!(!is_grey(&bench));
 }
 
 #[test]

@@ -516,6 +516,7 @@ fn picture_gives_way(by: Painter) {
     bench.engine.hand_out_grey(200);
     bench.harness.run_steps(2);
     assert_eq!(grey(&mut bench), 200, "at once, where nothing was chosen");
+    bench.unfold("Advanced refinement");
     bench.harness.get_by_label("Fade between pictures").scroll_to_me();
     bench.settle();
     bench.harness.get_by_label("Fade between pictures").click();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers, PointerButton, vec2};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
 use voxsplat::core::Srgb8;
@@ -289,4 +289,14 @@ fn labels_are_added_by_their_path_shown_by_name_and_removed_together() {
         window.notices().shown().iter().any(|n| n.text.contains("labels.nrrd"))
     });
     assert_eq!(layers(&bench).len(), 2, "what cannot be read changes nothing");
+    press(&mut bench, "Add labels…");
+    let typed = bench.harness.get_by_label(FILE_OF_LABELS).accesskit_node().value();
+    assert_eq!(typed.as_deref(), path.to_str(), "it is there to be corrected");
+    std::fs::write(&path, text).expect("written");
+    // What was bad news has been read meanwhile.
+    bench.harness.run_steps(400);
+    press(&mut bench, "Add");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| Shown::all_of(scene).len() == 4));
+    bench.settle();
+    assert!(!bench.tells("300"), "and goes once it went well");
 }

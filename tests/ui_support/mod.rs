@@ -36,9 +36,10 @@ use voxsplat::task::engine::{
 use voxsplat::task::estimate::Checked;
 use voxsplat::task::level::LevelOfDetail;
 use voxsplat::task::still::Convergence;
-use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
+use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction, presets};
 use voxsplat::volume::{
-    Association, Field, Grid, Lattice, Samples, ScalarType, ScalarVolume, Shape, Statistics,
+    Association, Field, Grid, LabelName, Lattice, Samples, ScalarType, ScalarVolume, Shape,
+    Statistics,
 };
 
 /// Length of every file that the stand-in readers know.
@@ -456,6 +457,16 @@ impl Library for NamedFiles {
                 rough.grid.fields[0].samples = Arc::new(samples);
                 Ok(rough)
             }
+            // Labels, one of which has a name.
+            "names.nrrd" => {
+                let mut names = grid([8; 3], "names", 1);
+                let samples = Samples::UInt8((0..512).map(|i| [0, 0, 1, 3][i % 4]).collect());
+                names.grid.fields[0].samples = Arc::new(samples);
+                let name = "heart".to_owned();
+                names.grid.label_names =
+                    vec![LabelName { component: 0, value: 1, name, colour: None }];
+                Ok(names)
+            }
             // What a first look lights.
             "faces.nrrd" => Ok(grid([8; 3], "faces", 1)),
             "demo:tornado" => {
@@ -504,7 +515,10 @@ impl Library for NamedFiles {
     }
 
     fn first_look(&self, volume: &ScalarVolume, space: Option<&str>) -> FirstLook {
-        let transfer = default_transfer(&volume.statistics);
+        let transfer = match &*volume.name {
+            "names" => presets::default_for(&volume.statistics),
+            _ => default_transfer(&volume.statistics),
+        };
         let orientation = Orientation::of(space);
         let view = orientation.first_view();
         let lighting = (volume.name == "faces").then(Lighting::first_look);
@@ -934,6 +948,14 @@ impl Bench {
         self.harness.run_steps(3);
         // Of things with one name, the list on top comes last.
         self.harness.get_all_by_label(entry).last().expect("in the list").click();
+        self.harness.run_steps(STEPS_TO_REST);
+    }
+
+    /// Opens what is folded away under a title.
+    pub(crate) fn unfold(&mut self, title: &str) {
+        self.harness.get_by_label(title).scroll_to_me();
+        self.harness.run_steps(STEPS_TO_REST);
+        self.harness.get_by_label(title).click();
         self.harness.run_steps(STEPS_TO_REST);
     }
 

@@ -659,3 +659,29 @@ fn a_background_and_a_projection_survive_undo_of_each_other() {
     assert!(matches!(scene.camera.projection, Projection::Perspective { .. }));
     assert_eq!(scene.background, Background::Colour(Srgb8::BLACK));
 }
+
+#[test]
+fn labels_are_listed_by_name_hidden_and_coloured_one_by_one() {
+    let mut bench = Bench::opened();
+    assert!(!bench.tells("Label "), "values of a ramp name nothing");
+    bench.open("names.nrrd");
+    bench.settle();
+    let opacities = |bench: &Bench| {
+        let transfer = bench.window().scene().unwrap().transfer().unwrap().clone();
+        [0.0, 1.0, 3.0].map(|label| (transfer.opacity_at(label) * 100.0).round() / 100.0)
+    };
+    assert_eq!(opacities(&bench), [0.0, 0.9, 0.9]);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "heart shown").click();
+    bench.settle();
+    assert_eq!(opacities(&bench), [0.0, 0.0, 0.9]);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Label 3 shown").click();
+    bench.settle();
+    assert_eq!(opacities(&bench), [0.0; 3]);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "heart shown").click();
+    bench.settle();
+    assert_eq!(opacities(&bench), [0.0, 0.9, 0.0]);
+    assert!(bench.tells("heart colour") && !bench.tells("Label 0"));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(opacities(&bench), [0.0; 3], "each is a step");
+}

@@ -2,6 +2,7 @@
 //!
 //! Each holds its own state, shows itself as a modal, and says what came of it.
 
+pub mod about;
 pub mod help;
 pub mod named_file;
 pub mod open_path;

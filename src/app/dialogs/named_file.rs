@@ -9,7 +9,7 @@ use crate::app::file_dialog::FileDialog;
 use crate::task::transfer_file::is_named_so;
 
 /// What a file is chosen for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Purpose {
     /// A transfer function is to be read.
     LoadTransfer,
@@ -103,6 +103,11 @@ impl NamedFileDialog {
 }
 
 impl Purpose {
+    /// Whether the file is read, rather than written.
+    pub fn reads(self) -> bool {
+        matches!(self, Self::LoadTransfer | Self::AddLabels)
+    }
+
     /// Whether a file may be called so. What is read says what it is itself.
     fn allows(self, path: &Path) -> bool {
         match self {

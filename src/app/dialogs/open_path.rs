@@ -15,13 +15,18 @@ fn at_home(text: &str) -> String {
 }
 
 /// A path being typed.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct OpenPath {
     text: String,
     focused: bool,
 }
 
 impl OpenPath {
+    /// Begins with what is there already.
+    pub fn new(text: String) -> Self {
+        Self { text, focused: false }
+    }
+
     /// Shows the dialog.
     pub fn show(&mut self, ctx: &Context) -> Outcome<Source> {
         modal(ctx, "open path", "Open path", 460.0, |ui| {

@@ -11,6 +11,7 @@ use crate::app::{theme, words};
 use crate::core::memory::human_bytes;
 use crate::io::Series;
 use crate::scene::{Scene, SplatSettings};
+use crate::transfer::Kind;
 use crate::volume::{Component, Field, Grid, ScalarVolume, Shape};
 
 /// Another number of the file that a person wants to see.
@@ -37,6 +38,11 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
     let statistics = &volume.statistics;
     let lattice = &volume.lattice;
     let spacing = lattice.spacing.abs().to_array().map(words::value);
+    // Where the file has one.
+    let with_unit = |length: String| match &volume.unit {
+        Some(unit) => format!("{length} {unit}"),
+        None => length,
+    };
     let space = document.grid.space.as_deref();
     let (space, space_help) = match space {
         Some(space) => (space, "What the file calls the directions of its axes"),
@@ -51,6 +57,13 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
              under View chooses another axis",
         ),
     };
+    let (hounsfield, range_help) = match Kind::of(statistics) {
+        Kind::Ct { zero: 0.0 } => (
+            " HU",
+            "The least and the greatest finite value; they are such as Hounsfield units are, and are taken for these",
+        ),
+        _ => ("", "The least and the greatest finite value"),
+    };
     let shape = &document.grid.shape;
     let lattice_rows = [
         (
@@ -60,20 +73,20 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
         ),
         (
             "Spacing",
-            spacing.join(" × "),
+            with_unit(spacing.join(" × ")),
             "Distance between neighbouring samples, in the file's units",
         ),
     ];
     let mut rows = vec![("Name", document.source.name(), "What was opened")];
-    let mesh = mesh_rows(&document.grid, volume);
+    let mesh = mesh_rows(&document.grid, volume, with_unit);
     let is_mesh = mesh.is_some();
     rows.extend(mesh.unwrap_or_else(|| lattice_rows.into()));
     rows.extend([
         ("Type", volume.samples.scalar_type().name().to_owned(), "How each number is stored"),
         (
             "Range",
-            format!("{} to {}", words::value(statistics.min), words::value(statistics.max)),
-            "The least and the greatest finite value",
+            format!("{} to {}{hounsfield}", words::value(statistics.min), words::value(statistics.max)),
+            range_help,
         ),
         match shape {
             Shape::Affine => ("Mean", words::value(statistics.mean), "Of the finite values"),
@@ -197,6 +210,7 @@ pub fn points_ui(ui: &mut Ui, scene: &mut Scene) {
 fn mesh_rows(
     grid: &Grid,
     volume: &ScalarVolume,
+    with_unit: impl Fn(String) -> String,
 ) -> Option<Vec<(&'static str, String, &'static str)>> {
     let cells = match &grid.shape {
         Shape::Unstructured(cells) => cells,
@@ -217,10 +231,10 @@ fn mesh_rows(
         rows.push(("Cells", own, "How many the file has, those without volume among them"));
     }
     let size = (high - low).to_array().map(words::value).join(" × ");
-    rows.push(("Size", size, "Of the box about it, in the file's units"));
+    rows.push(("Size", with_unit(size), "Of the box about it, in the file's units"));
     if cells.median_edge() > 0.0 {
         let help = "The median length of the cells' edges, over which opacities are given";
-        rows.push(("Median edge", words::value(cells.median_edge()), help));
+        rows.push(("Median edge", with_unit(words::value(cells.median_edge())), help));
     }
     Some(rows)
 }

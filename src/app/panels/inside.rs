@@ -12,6 +12,7 @@ use crate::scene::{
     AlongRay, Effect, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene, Slice,
     projected_range,
 };
+use crate::transfer::{ColourSource, Kind};
 use crate::volume::{ScalarVolume, Statistics};
 
 /// What is said of a surface that cannot be seen for matter, and of one of which little is.
@@ -313,7 +314,8 @@ pub fn rendering_words(along: AlongRay) -> (&'static str, &'static str) {
 }
 
 /// What is shown of the values along each line of sight: the first thing that a viewer is asked for.
-pub fn rendering_ui(ui: &mut Ui, scene: &mut Scene) {
+/// `first` are the colours of the first look.
+pub fn rendering_ui(ui: &mut Ui, scene: &mut Scene, first: &ColourSource) {
     let before = scene.inside.along;
     if let Some(chosen) = choice_ui(ui, "Rendering", AlongRay::ALL, before, rendering_words)
         && chosen != before
@@ -322,12 +324,25 @@ pub fn rendering_ui(ui: &mut Ui, scene: &mut Scene) {
         // Names of things keep their own colours.
         let volume = scene.volume().filter(|_| scene.splat.kernel != Kernel::Nearest);
         scene.inside.projected_range = volume.and_then(|volume| projected_range(volume, chosen));
+        let is_scan = scene.volume().is_some_and(|v| Kind::of(&v.statistics).is_of_scan());
+        let is_first = scene.transfer().is_some_and(|transfer| transfer.colour == *first);
+        scene.inside.projected_grey = match (before, chosen) {
+            (_, AlongRay::Composite) => false,
+            // As colleagues know them from elsewhere, unless somebody chose colours.
+            (AlongRay::Composite, _) => is_first && is_scan,
+            _ => scene.inside.projected_grey,
+        };
     }
     if scene.inside.along == AlongRay::Composite {
         return;
     }
     if Inside::is_shown_by(&scene.splat) {
         projected_range_ui(ui, scene);
+        row_ui(ui, "", |ui| {
+            ui.checkbox(&mut scene.inside.projected_grey, "In grey").on_hover_text(
+                "From black to white within the range, rather than in the colours of the transfer function",
+            );
+        });
     } else {
         note_ui(
             ui,

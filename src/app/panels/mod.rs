@@ -17,6 +17,7 @@ mod flow;
 pub mod freehand;
 pub mod graph;
 pub mod inside;
+mod labels;
 pub mod legend;
 mod light;
 mod maps;

@@ -17,7 +17,7 @@ use crate::scene::{
 };
 
 /// How high the list of a file's labels grows before it scrolls, points.
-const MOST_LABELS_HEIGHT: f32 = 220.0;
+pub(super) const MOST_LABELS_HEIGHT: f32 = 220.0;
 
 /// The section; the command for another file, where it is asked for.
 pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> Option<Action> {

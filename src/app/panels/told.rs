@@ -80,7 +80,9 @@ fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<St
         return None;
     }
     if let Some(rmse) = report.estimated_rmse {
-        return Some(words::about_decibels(psnr_from_rmse(rmse), true));
+        // To the same as the full picture that follows, which is not told to be farther off.
+        let left = report.remaining_thought.map_or(0.0, |thought| thought.rmse);
+        return Some(words::about_decibels(psnr_from_rmse(rmse.hypot(left)), true));
     }
     let found = report.remaining_rmse.map(|rmse| found_words(rmse, report));
     match (report.level, measured) {
@@ -486,6 +488,14 @@ mod tests {
         let estimated = Shown { report, ..coarse };
         assert!(error_words(&estimated).starts_with("About 31 dB, estimated"));
         assert_eq!(at_rest(&estimated), "Drawing · 28 ms · about 31 dB");
+        let thought = Some(Told { rmse: 0.0282, within_db: 3.0 });
+        let report = FrameReport { remaining_thought: thought, ..estimated.report.clone() };
+        let on_the_way = Shown { report, ..estimated };
+        assert_eq!(
+            at_rest(&on_the_way),
+            "Drawing · 28 ms · about 28 dB",
+            "3 more of what is left then"
+        );
         let exact = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
         assert!(error_words(&exact).starts_with("Not found yet"));
         assert_eq!(at_rest(&exact), "Finished · 28 ms · exact mode");

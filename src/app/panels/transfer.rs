@@ -13,6 +13,7 @@ use super::curve::{
 };
 use super::freehand::{Stroke, handle_freehand};
 use super::graph::{self, Axes, Extent, GraphView};
+use super::labels::labels_ui;
 use super::maps::map_ui;
 use super::regions::{RegionEditor, regions_ui};
 use super::stops::{self, StopEditor};
@@ -23,7 +24,7 @@ use crate::app::{theme, words};
 use crate::scene::Scene;
 use crate::transfer::presets::{self, Preset, RangeRule};
 use crate::transfer::{ColourSource, Gaussian, NoData, TransferFunction};
-use crate::volume::Statistics;
+use crate::volume::{LabelName, Statistics};
 
 /// Height of the graph, points.
 const GRAPH_HEIGHT: f32 = 132.0;
@@ -90,14 +91,14 @@ impl TransferEditor {
     }
 }
 
-/// The section; `default` makes the function that a fresh file of these statistics would get. What it cannot do itself
+/// The section; `default` makes the function that a fresh file of these statistics would get, `names` are those of its labels. What it cannot do itself
 /// is returned.
 pub fn transfer_ui(
     ui: &mut Ui,
     editor: &mut TransferEditor,
     scene: &mut Scene,
     gaussians: &mut Vec<Gaussian>,
-    default: impl FnOnce(&Statistics) -> TransferFunction,
+    (default, names): (impl FnOnce(&Statistics) -> TransferFunction, &[&LabelName]),
 ) -> Option<Action> {
     let volume = Arc::clone(scene.volume()?);
     let statistics = &volume.statistics;
@@ -112,6 +113,10 @@ pub fn transfer_ui(
         scene.shading.regions.clear();
     }
     let transfer = scene.transfer_mut()?;
+    if labels_ui(ui, transfer, statistics, names) {
+        gaussians.clear();
+        editor.let_go();
+    }
     tools_ui(ui, editor, transfer, gaussians, statistics);
     graph_ui(ui, editor, transfer, gaussians, statistics);
     if !gaussians.is_empty() {

@@ -1,6 +1,6 @@
 //! How the view is drawn: background, projection, and what moving may cost.
 
-use eframe::egui::{ComboBox, IntoAtoms, Label, RichText, Slider, Ui};
+use eframe::egui::{CollapsingHeader, ComboBox, IntoAtoms, Label, RichText, Slider, Ui};
 
 use super::{row_ui, slider_ui};
 use crate::app::actions::{Action, entry_of};
@@ -30,9 +30,13 @@ pub fn view_ui(
     projection_ui(ui, scene, settings);
     up_ui(ui, scene, told);
     turning_ui(ui, scene, told, settings);
-    moving_ui(ui, scene);
-    refinement_ui(ui, settings);
     row_ui(ui, "Annotations", |ui| switches_ui(ui, &mut settings.annotations, left_out));
+    refinement_ui(ui, settings);
+    let title = RichText::new("Advanced refinement").size(12.5).color(theme::TEXT_FAINT);
+    CollapsingHeader::new(title).default_open(false).show_unindented(ui, |ui| {
+        moving_ui(ui, scene);
+        steps_ui(ui, settings);
+    });
     // The octree is of samples, and would be taken for the cells of a mesh.
     if cells.on || !modes::is_of_cells_or_points(&scene.splat) {
         cells_ui(ui, cells);
@@ -242,6 +246,7 @@ fn moving_ui(ui: &mut Ui, scene: &mut Scene) {
     }
 }
 
+/// What pictures may cost while the view moves, and how far they go at rest.
 fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
     row_ui(ui, "While moving", |ui| {
         let preset = settings.preset();
@@ -274,6 +279,20 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
             )
             .on_disabled_hover_text("Full quality takes the time it needs");
     });
+    ui.checkbox(&mut settings.converge, "Refine until converged").on_hover_text(
+        "Once the full picture is there, double its slabs until nothing changes any more: at most \
+         3 s more work each time the view comes to rest, and none that would take longer; \
+         key R refines the view on screen however long that takes",
+    );
+    ui.checkbox(&mut settings.full_quality_while_moving, "Full quality while moving")
+        .on_hover_text(
+            "Draw each view up to full quality, by the same steps as at rest, even with the button held: a hand \
+             that moves on sees the quick pictures that they begin with",
+        );
+}
+
+/// How pictures follow each other at rest.
+fn steps_ui(ui: &mut Ui, settings: &mut Settings) {
     row_ui(ui, "Coarse first", |ui| {
         let combo = ComboBox::from_id_salt("ladder").selected_text(ladder_label(settings.ladder));
         let shown = combo.show_ui(ui, |ui| {
@@ -286,21 +305,11 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
             .accessible_name("Coarse first")
             .on_hover_text("The way from the first coarse picture to the full one, once at rest");
     });
-    ui.checkbox(&mut settings.converge, "Refine until converged").on_hover_text(
-        "Once the full picture is there, double its slabs until nothing changes any more: at most \
-         3 s more work each time the view comes to rest, and none that would take longer; \
-         key R refines the view on screen however long that takes",
-    );
     ui.checkbox(&mut settings.show_partial, "Show partial pictures")
         .on_hover_text("Show a picture while it is still being drawn, or only once it is complete");
     ui.checkbox(&mut settings.fade, "Fade between pictures").on_hover_text(
         "At rest, let a picture give way to a finer one within a sixth of a second rather than at once",
     );
-    ui.checkbox(&mut settings.full_quality_while_moving, "Full quality while moving")
-        .on_hover_text(
-            "Draw each view up to full quality, by the same steps as at rest, even with the button held: a hand \
-             that moves on sees the quick pictures that they begin with",
-        );
 }
 
 /// What is typed for a time: milliseconds, or seconds where it says so.

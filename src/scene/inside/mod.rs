@@ -35,6 +35,8 @@ pub struct Inside {
     /// The values that the first and the last colour of projected values belong to; `None` as the transfer function
     /// has it.
     pub projected_range: Option<[f64; 2]>,
+    /// Whether projected values are grey, from black to white, rather than in the colours of the transfer function.
+    pub projected_grey: bool,
 }
 
 /// What stands for a ray of the values it meets.

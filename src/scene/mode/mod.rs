@@ -8,7 +8,7 @@ pub use choice::ModeChoice;
 use serde::{Deserialize, Serialize};
 
 use super::View;
-use crate::core::names;
+use crate::core::{names, plain_number};
 use crate::hierarchy::ErrorMeasure;
 use crate::kernel::{Kernel, Subdivisions};
 use crate::rbf::Limits;
@@ -294,7 +294,7 @@ impl SplatSettings {
                 ),
                 _ => ("a positive --extent", "choose a number of voxels, such as 2"),
             };
-            return refuse(expected, extent.to_string(), advice);
+            return refuse(expected, plain_number(extent), advice);
         }
         if self.extent.is_some() && kernel.natural_extent().is_none() {
             return refuse(
@@ -314,7 +314,7 @@ impl SplatSettings {
         if self.visibility == Visibility::Slabs && !slabs.contains(&self.slabs_per_voxel) {
             return refuse(
                 "--slabs-per-voxel between 0.125 and 64",
-                self.slabs_per_voxel.to_string(),
+                plain_number(self.slabs_per_voxel),
                 "choose a number in that range",
             );
         }
@@ -391,14 +391,14 @@ impl SplatSettings {
         if !max_rms.is_finite() || max_rms < 0.0 {
             return refuse(
                 "--functions-error of 0 or more, in the units of values",
-                max_rms.to_string(),
+                plain_number(max_rms),
                 "choose a number in that range",
             );
         }
         if let Some(found) = self.quick_functions.filter(|rms| !rms.is_finite() || *rms <= 0.0) {
             return refuse(
                 "--quick-functions-error above 0, in the units of values",
-                found.to_string(),
+                plain_number(found),
                 "choose a number in that range",
             );
         }

@@ -391,10 +391,12 @@ impl Worker {
             let next = following.and_then(|rung| self.next_of(request, rung, &picture, coarseness));
             picture.report.next = next;
         }
-        if rung == Rung::Full {
-            self.check(request, &mut picture);
+        if rung == Rung::Full || coarseness.is_some() {
             let thought = Told::thought(&plan, self.last_told.as_ref());
             picture.report.remaining_thought = Some(thought);
+        }
+        if rung == Rung::Full {
+            self.check(request, &mut picture);
             note_refined(request, &mut picture);
         }
         let picture = Arc::new(picture);
