@@ -104,7 +104,7 @@ impl Viewport {
             log::error!("a picture of {size:?} pixels came with {} bytes", picture.rgba.len());
             return false;
         }
-        let has_holes = picture.rgba.chunks_exact(4).any(|pixel| pixel[3] != 255);
+        let has_holes = picture.rgba.as_chunks::<4>().0.iter().any(|pixel| pixel[3] != 255);
         let place = |shown: &Shown| (shown.picture.requested_size, shown.has_holes);
         let shown = Shown { picture, has_holes };
         self.fading = None;

@@ -208,6 +208,7 @@ impl InsideFlags {
         let is_free = !scene.chooses_colours() && splat.kernel != Kernel::Nearest;
         let range = is_free.then(|| projected_range(volume, inside.along));
         let projected_grey = is_free
+            && scene.colormap.is_none()
             && inside.along != AlongRay::Composite
             && Kind::of(&volume.statistics).is_of_scan();
         Ok(Inside { projected_range: range.flatten(), projected_grey, ..inside })

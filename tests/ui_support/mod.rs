@@ -175,12 +175,26 @@ fn one_cell(request: &CellsRequest) -> FoundCells {
     FoundCells { volume, cells, asked_error: request.max_error, is_drawn: false }
 }
 
+/// The bytes of the last gradient; most pictures are as large as the one before.
+static LAST_GRADIENT: Mutex<([u32; 2], Vec<u8>)> = Mutex::new(([0; 2], Vec::new()));
+
+fn gradient_of(size: [u32; 2]) -> Vec<u8> {
+    let mut last = LAST_GRADIENT.lock().expect("no thread died holding it");
+    if last.0 != size {
+        let [width, height] = size;
+        let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
+        for y in 0..height {
+            for x in 0..width {
+                rgba.extend_from_slice(&[x as u8, y as u8, (x * 7 + y * 13) as u8, 255]);
+            }
+        }
+        *last = (size, rgba);
+    }
+    last.1.clone()
+}
+
 fn gradient(request: &FrameRequest) -> Picture {
-    let [width, height] = request.size;
-    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let rgba = pixels
-        .flat_map(|(x, y)| [(x % 256) as u8, (y % 256) as u8, ((x * 7 + y * 13) % 256) as u8, 255])
-        .collect();
+    let rgba = gradient_of(request.size);
     let moving = matches!(request.effort, Effort::Moving { .. });
     let converge_ms = match request.effort {
         Effort::Rest { converge_ms, .. } => converge_ms,
