@@ -291,7 +291,8 @@ impl Reader<'_> {
         for pair in starts.windows(2) {
             let of = (listing.types.len(), points);
             let own = &numbers[pair[0]..pair[1]];
-            let own = unstructured::faces_among(faces, own, of, (total, free_bytes))?;
+            let mut own = unstructured::faces_among(faces, own, of, (total, free_bytes))?;
+            turn_outwards(&mut own, &listing.points);
             unstructured::add_polyhedron(listing, own);
         }
         Ok(())
@@ -467,6 +468,22 @@ impl Reader<'_> {
         match are_apart && times.len() as u64 == steps {
             true => times.iter().map(|time| format!("[time={time}]")).collect(),
             false => (0..steps.min(MOST_FIELDS as u64)).map(|at| format!("[step={at}]")).collect(),
+        }
+    }
+}
+
+/// Makes the faces of a polyhedron go round as seen from outside it: a face that two share goes round one way for both.
+fn turn_outwards(faces: &mut [Vec<u32>], points: &[DVec3]) {
+    let place = |point: &u32| points[*point as usize];
+    let mean = |of: &[u32]| of.iter().map(place).sum::<DVec3>() / of.len().max(1) as f64;
+    let middle = mean(&faces.concat());
+    for face in faces {
+        let centre = mean(face);
+        let next = face.iter().cycle().skip(1);
+        let sides = face.iter().zip(next);
+        let area: DVec3 = sides.map(|(a, b)| (place(a) - centre).cross(place(b) - centre)).sum();
+        if area.dot(centre - middle) < 0.0 {
+            face.reverse();
         }
     }
 }

@@ -38,7 +38,8 @@ pub(super) fn files(path: &Path, warnings: &mut Vec<String>) -> Result<Files, Pr
         return named(path, &start, warnings);
     }
     // A grid with a solution may have a name that ends in a q, too.
-    let of_grid = grid_beside(path).filter(|_| solution_beside(path).is_none());
+    let is_grid = !has_functions(path) && solution_beside(path).is_some();
+    let of_grid = grid_beside(path).filter(|_| !is_grid);
     let grid = of_grid.clone().unwrap_or_else(|| path.to_owned());
     let mut files =
         Files { solution: solution_beside(&grid), functions: functions_beside(&grid), grid };
