@@ -372,32 +372,42 @@ pub(super) fn faces_of(
     if rest.is_empty() { Ok(faces) } else { Err(wrong()) }
 }
 
-/// The faces of a polyhedron by their numbers among `all`; `total` counts what those of all polyhedra take, however often a face is
-/// named.
+/// Refuses faces of polyhedra, by their numbers among `all`, that no memory holds, before anything is allocated for them: each takes
+/// its own however often it is named. `taken` are bytes of those before.
+pub(super) fn require_faces<'a>(
+    all: &[Vec<i64>],
+    numbers: impl Iterator<Item = &'a i64>,
+    (taken, free_bytes): (&mut u64, u64),
+) -> Result<(), Problem> {
+    let face = |number: &i64| usize::try_from(*number).ok().and_then(|number| all.get(number));
+    for number in numbers {
+        let corners = face(number).map_or(0, Vec::len) as u64;
+        *taken = taken.saturating_add(size_of::<Vec<u32>>() as u64 + corners * CORNER_BYTES);
+    }
+    Ok(memory::require("the faces of polyhedra", *taken, free_bytes)?)
+}
+
+/// The faces of a polyhedron by their numbers among `all`.
 ///
 /// # Errors
-/// Numbers that no face has, corners that are no points, and more than there is memory for.
+/// Numbers that no face has, and corners that are no points.
 pub(super) fn faces_among(
     all: &[Vec<i64>],
     numbers: &[i64],
     (cell, points): (usize, usize),
-    (total, free_bytes): (&mut u64, u64),
 ) -> Result<Vec<Vec<u32>>, Problem> {
-    let mut faces = Vec::new();
-    for number in numbers {
+    let face = |number: &i64| {
         let own = usize::try_from(*number).ok().and_then(|number| all.get(number));
-        let Some(own) = own else {
-            return Err(header(
+        let own = own.ok_or_else(|| {
+            header(
                 format!("faces from 0 to {}", all.len() as i64 - 1),
                 format!("{number} of polyhedron {cell}"),
                 "the file was altered: copy or write it again",
-            ));
-        };
-        *total += size_of::<Vec<u32>>() as u64 + own.len() as u64 * CORNER_BYTES;
-        memory::require("the faces of polyhedra", *total, free_bytes)?;
-        faces.push(corners(own, points)?);
-    }
-    Ok(faces)
+            )
+        })?;
+        corners(own, points)
+    };
+    numbers.iter().map(face).collect()
 }
 
 /// One polyhedron behind the other cells.

@@ -277,21 +277,20 @@ impl Reader<'_> {
         unstructured::add_parted(listing, numbers, &starts, (unstructured::Group::Polygons, &[]))
     }
 
-    /// Polyhedra, each of as many faces as a variable beside says; with all faces, and what those of all polyhedra take.
+    /// Polyhedra, each of as many faces as a variable beside says; with all faces, and what those of the polyhedra before take.
     fn add_polyhedra(
         &self,
         listing: &mut Listing,
         (numbers, block): (&[i64], u64),
-        (faces, total): &mut (Vec<Vec<i64>>, u64),
+        (faces, taken): &mut (Vec<Vec<i64>>, u64),
         free_bytes: u64,
     ) -> Result<(), Problem> {
         let ends = self.ends("polyhedra", &format!("ebepecnt{block}"))?;
         let starts = unstructured::starts(&ends, ends.len(), numbers.len())?;
-        let points = listing.points.len();
+        unstructured::require_faces(faces, numbers.iter(), (taken, free_bytes))?;
         for pair in starts.windows(2) {
-            let of = (listing.types.len(), points);
-            let own = &numbers[pair[0]..pair[1]];
-            let mut own = unstructured::faces_among(faces, own, of, (total, free_bytes))?;
+            let of = (listing.types.len(), listing.points.len());
+            let mut own = unstructured::faces_among(faces, &numbers[pair[0]..pair[1]], of)?;
             turn_outwards(&mut own, &listing.points);
             unstructured::add_polyhedron(listing, own);
         }

@@ -331,12 +331,13 @@ impl Lists<'_, '_> {
         }
         let of_faces = self.lists("face_offsets", "face_connectivity", progress)?;
         let of_cells = self.lists("polyhedron_offsets", "polyhedron_to_faces", progress)?;
-        let mut total = 0;
-        for cell in (0..cells).filter(|cell| is_polyhedron(listing, *cell)).collect::<Vec<_>>() {
-            let own = of_cells.get(cell).map(Vec::as_slice).unwrap_or_default();
-            let of = (cell, points);
-            let room = (&mut total, self.free_bytes);
-            let faces = unstructured::faces_among(&of_faces, own, of, room)?;
+        let polyhedra: Vec<usize> =
+            (0..cells).filter(|cell| is_polyhedron(listing, *cell)).collect();
+        let own = |cell: usize| of_cells.get(cell).map(Vec::as_slice).unwrap_or_default();
+        let all = polyhedra.iter().flat_map(|cell| own(*cell));
+        unstructured::require_faces(&of_faces, all, (&mut 0, self.free_bytes))?;
+        for cell in polyhedra {
+            let faces = unstructured::faces_among(&of_faces, own(cell), (cell, points))?;
             listing.faces.insert(first + cell, faces);
         }
         Ok(())
