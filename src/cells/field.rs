@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::{Cells, ShadingNormals, Surface};
 use crate::core::parallel;
@@ -93,25 +93,63 @@ impl CellField {
         self.at_corners(solid).iter().zip(weights).map(|(value, weight)| value * weight).sum()
     }
 
-    /// Places with a number each: the points of solids that are there, or these solids' middles.
-    pub fn samples(&self) -> Vec<(DVec3, f64)> {
+    /// Places with a number each: the points of solids that are there, or these solids' middles. With the mean, over the solids there,
+    /// of what `of` makes of how far their like lie apart: of the mean of the products of offsets, in squares of `unit`.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn samples(
+        &self,
+        unit: f64,
+        of: impl Fn(DMat3) -> DMat3 + Sync,
+        ticket: &Ticket,
+    ) -> Result<Vec<(DVec3, f64, DMat3)>, Cancelled> {
         let points = self.cells.points();
-        let middle = |solid: usize| {
-            let middle = self.cells.solids()[solid].kind().middle();
-            (self.cells.placed(solid).at(middle).0, self.value(solid, middle))
+        let solids: Vec<usize> = self.solids_there().collect();
+        let spread = |i: usize| {
+            let solid = self.cells.solids()[solids[i]];
+            let (kind, corners) = (solid.kind(), solid.corners());
+            let middle = self.cells.placed(solids[i]).at(kind.middle()).0;
+            let products = corners.iter().map(|corner| {
+                let offset = (points[*corner as usize] - middle) / unit;
+                DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z)
+            });
+            let share = kind.neighbours_spread(self.on) / corners.len() as f64;
+            of(products.fold(DMat3::ZERO, |sum, product| sum + product) * share)
         };
-        match self.used_points() {
-            Some(used) => used.map(|i| (points[i], self.values[i])).collect(),
-            None => self.solids_there().map(middle).collect(),
+        let spreads = mapped(solids.len(), A_PART, spread, ticket)?;
+        let mut looks = Looks::every(ticket, A_RUN);
+        if self.on == On::Cells {
+            let sample = |(solid, spread): (&usize, DMat3)| {
+                looks.after(1)?;
+                let middle = self.cells.solids()[*solid].kind().middle();
+                let place = self.cells.placed(*solid).at(middle).0;
+                Ok((place, self.value(*solid, middle), spread))
+            };
+            return solids.iter().zip(spreads).map(sample).collect();
         }
+        let mut sums = vec![(DMat3::ZERO, 0.0); points.len()];
+        for (solid, spread) in solids.iter().zip(spreads) {
+            looks.after(1)?;
+            for corner in self.cells.solids()[*solid].corners() {
+                let (sum, count) = &mut sums[*corner as usize];
+                *sum += spread;
+                *count += 1.0;
+            }
+        }
+        let used = sums.into_iter().enumerate().filter(|(_, (_, count))| *count > 0.0);
+        Ok(used.map(|(i, (sum, count))| (points[i], self.values[i], sum / count)).collect())
     }
 
     /// How many they are.
     pub fn sample_count(&self) -> usize {
-        match self.used_points() {
-            Some(used) => used.count(),
-            None => self.solids_there().count(),
+        if self.on == On::Cells {
+            return self.solids_there().count();
         }
+        let mut is_used = vec![false; self.values.len()];
+        let corners = self.solids_there().flat_map(|solid| self.cells.solids()[solid].corners());
+        corners.for_each(|corner| is_used[*corner as usize] = true);
+        is_used.into_iter().filter(|is_used| *is_used).count()
     }
 
     /// The outer faces of the solids that are there: see [`Cells::surface`].
@@ -136,17 +174,6 @@ impl CellField {
 
     fn solids_there(&self) -> impl Iterator<Item = usize> {
         (0..self.cells.solids().len()).filter(|solid| self.is_there(*solid))
-    }
-
-    /// The points of solids that are there, where the numbers stand on points.
-    fn used_points(&self) -> Option<impl Iterator<Item = usize>> {
-        (self.on == On::Points).then(|| {
-            let mut is_used = vec![false; self.values.len()];
-            let corners =
-                self.solids_there().flat_map(|solid| self.cells.solids()[solid].corners());
-            corners.for_each(|corner| is_used[*corner as usize] = true);
-            is_used.into_iter().enumerate().filter_map(|(i, is_used)| is_used.then_some(i))
-        })
     }
 
     /// Least and greatest number in a solid: those of its corners, as shape functions are not negative.

@@ -2,6 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
+use super::On;
+
 /// What a solid is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
@@ -130,6 +132,23 @@ impl Kind {
             Self::Pyramid => DVec3::new(0.5, 0.5, 0.25),
             Self::Wedge => DVec3::new(1.0 / 3.0, 1.0 / 3.0, 0.5),
             Self::Hexahedron => DVec3::splat(0.5),
+        }
+    }
+
+    /// By how much squares of distances to neighbours are greater than those from its middle to its corners, where the samples are
+    /// the middles, or the points, of a lattice of its like. Its neighbours are taken for those of cubes as large as its share of
+    /// space, stretched as it is. (The corners of a cube lie half an edge away along each axis, the 18 nearest of a lattice 0.75
+    /// edges; a cube has a point, and is two wedges, three pyramids or six tetrahedra.)
+    pub(super) fn neighbours_spread(self, on: On) -> f64 {
+        let (of_middles, cells_a_point) = match self {
+            Self::Tetrahedron => (1.0817, 6.0_f64),
+            Self::Pyramid => (1.449, 3.0),
+            Self::Wedge => (1.6875, 2.0),
+            Self::Hexahedron => (2.25, 1.0),
+        };
+        match on {
+            On::Cells => of_middles,
+            On::Points => of_middles * cells_a_point.cbrt().powi(2),
         }
     }
 

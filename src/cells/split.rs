@@ -3,6 +3,8 @@
 //! Quadratic cells are split at their middle points, Lagrange's at all of theirs: linear in between, with their own values
 //! at every point. What has many faces is split into tetrahedra about its middle.
 
+pub(super) mod lagrange;
+
 use std::collections::HashMap;
 
 use glam::DVec3;
@@ -51,6 +53,9 @@ pub(super) struct Split<'a> {
     pub added: Vec<DVec3>,
     /// Blends by what they are the mean of, so that neighbours share those on their common face.
     known: HashMap<Vec<(u32, u64)>, u32>,
+    /// The parts of Lagrange's tetrahedra and wedges of the order that was last met.
+    tetrahedra: (usize, Vec<[usize; 4]>),
+    wedges: (usize, Vec<[usize; 6]>),
 }
 
 impl<'a> Split<'a> {
@@ -65,6 +70,8 @@ impl<'a> Split<'a> {
             blends: Vec::new(),
             added: Vec::new(),
             known: none,
+            tetrahedra: (0, Vec::new()),
+            wedges: (0, Vec::new()),
         }
     }
 
@@ -109,6 +116,11 @@ impl<'a> Split<'a> {
             24 => of(10).map(|()| self.quadratic_tetrahedron(corners)),
             25 => of(20).map(|()| self.quadratic_hexahedron(corners)),
             26 => of(15).map(|()| self.quadratic_wedge(corners)),
+            31 => of(12).map(|()| {
+                let layer = |own: [usize; 6]| own.map(|i| corners[i]);
+                self.wedges(&[layer([0, 1, 2, 6, 7, 8]), layer([3, 4, 5, 9, 10, 11])])
+            }),
+            32 => of(18).map(|()| self.quadratic_wedge(corners)),
             27 => of(13).map(|()| self.quadratic_pyramid(corners)),
             29 => of(27).map(|()| self.quadratic_hexahedron(corners)),
             42 => {
@@ -117,15 +129,20 @@ impl<'a> Split<'a> {
             }
             71 => {
                 let order = order_of(corners.len(), cell, kind, |n| (n + 1) * (n + 2) * (n + 3) / 6)?;
-                self.lagrange_tetrahedron(corners, order, cell)
+                Ok(self.lagrange_tetrahedron(corners, order))
             }
             72 => {
                 let order = order_of(corners.len(), cell, kind, |n| (n + 1).pow(3))?;
                 self.lagrange_hexahedron(corners, order);
                 Ok(order > 1)
             }
+            73 => {
+                let points = |n: usize| (n + 1) * (n + 1) * (n + 2) / 2;
+                let order = order_of(corners.len(), cell, kind, points)?;
+                Ok(self.lagrange_wedge(corners, order))
+            }
             _ => Err(CellsError {
-                expected: "cells of linear, quadratic or polyhedral types, or Lagrange's tetrahedra and hexahedra".into(),
+                expected: "cells of linear, quadratic or polyhedral types, or Lagrange's tetrahedra, wedges and hexahedra".into(),
                 found: format!("VTK's type {kind} at cell {cell}"),
                 advice: CellsError::SPLIT,
             }),
@@ -266,18 +283,26 @@ impl<'a> Split<'a> {
         true
     }
 
-    /// Eight wedges: two layers of four.
+    /// Eight wedges: two layers of four. Of 15 points the middles of squares follow from the shape functions.
     fn quadratic_wedge(&mut self, c: &[u32]) -> bool {
         let at = |i: usize| c[i];
+        let mut face = |corners: [usize; 4], edges: [usize; 4], own: usize| match c.get(own) {
+            Some(own) => *own,
+            None => self.middle_of_face(corners.map(at), edges.map(at)),
+        };
         // Of the three squares: between the edges 6 and 9, 7 and 10, 8 and 11.
-        let f0 = self.middle_of_face([0, 1, 4, 3].map(at), [6, 13, 9, 12].map(at));
-        let f1 = self.middle_of_face([1, 2, 5, 4].map(at), [7, 14, 10, 13].map(at));
-        let f2 = self.middle_of_face([2, 0, 3, 5].map(at), [8, 12, 11, 14].map(at));
-        let layers = [
+        let f0 = face([0, 1, 4, 3], [6, 13, 9, 12], 15);
+        let f1 = face([1, 2, 5, 4], [7, 14, 10, 13], 16);
+        let f2 = face([2, 0, 3, 5], [8, 12, 11, 14], 17);
+        self.wedges(&[
             [c[0], c[1], c[2], c[6], c[7], c[8]],
             [c[12], c[13], c[14], f0, f1, f2],
             [c[3], c[4], c[5], c[9], c[10], c[11]],
-        ];
+        ])
+    }
+
+    /// Four wedges between every two layers of three corners and the middles between these.
+    fn wedges(&mut self, layers: &[[u32; 6]]) -> bool {
         for pair in layers.windows(2) {
             for triangle in [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]] {
                 let [low, high] = [&pair[0], &pair[1]].map(|l| triangle.map(|i: usize| l[i]));
@@ -349,27 +374,44 @@ impl<'a> Split<'a> {
         }
     }
 
-    /// By its corners alone where it is linear, as a quadratic one where it is of the second order.
-    fn lagrange_tetrahedron(
-        &mut self,
-        corners: &[u32],
-        order: usize,
-        cell: usize,
-    ) -> Result<bool, CellsError> {
+    /// Tetrahedra between all of its points: those into which planes along its faces and one diagonal cut it.
+    fn lagrange_tetrahedron(&mut self, corners: &[u32], order: usize) -> bool {
         match order {
-            1 => Ok(self.one(Kind::Tetrahedron, corners)),
-            2 => Ok(self.quadratic_tetrahedron(corners)),
-            _ => Err(CellsError {
-                expected: "Lagrange's tetrahedra of the first or second order".into(),
-                found: format!("order {order} at cell {cell}"),
-                advice: CellsError::SPLIT,
-            }),
+            1 => self.one(Kind::Tetrahedron, corners),
+            2 => self.quadratic_tetrahedron(corners),
+            _ => {
+                if self.tetrahedra.0 != order {
+                    self.tetrahedra = (order, lagrange::tetrahedra(order));
+                }
+                let solid = |part: &[usize; 4]| {
+                    Solid::of(Kind::Tetrahedron, &part.map(|point| corners[point]))
+                };
+                self.solids.extend(self.tetrahedra.1.iter().map(solid));
+                true
+            }
         }
     }
 
-    /// Hexahedra between all of its points, which VTK orders by corners, edges, faces and the inside.
+    /// Wedges between all of its points.
+    fn lagrange_wedge(&mut self, corners: &[u32], order: usize) -> bool {
+        match order {
+            1 => self.one(Kind::Wedge, corners),
+            2 => self.quadratic_wedge(corners),
+            _ => {
+                if self.wedges.0 != order {
+                    self.wedges = (order, lagrange::wedges(order));
+                }
+                let solid =
+                    |part: &[usize; 6]| Solid::of(Kind::Wedge, &part.map(|point| corners[point]));
+                self.solids.extend(self.wedges.1.iter().map(solid));
+                true
+            }
+        }
+    }
+
+    /// Hexahedra between all of its points.
     fn lagrange_hexahedron(&mut self, corners: &[u32], order: usize) {
-        let at = |x, y, z| corners[lagrange_number([x, y, z], order)];
+        let at = |x, y, z| corners[lagrange::of_hexahedron([x, y, z], order)];
         self.solids.extend(Solid::hexahedra([order + 1; 3], at));
     }
 }
@@ -388,49 +430,4 @@ fn order_of(
         found: count.to_string(),
         advice: CellsError::COPY,
     })
-}
-
-/// The number that VTK gives a point of a hexahedron of an order (`vtkHigherOrderHexahedron::PointIndexFromIJK`).
-fn lagrange_number([i, j, k]: [usize; 3], order: usize) -> usize {
-    let at_end = |x: usize| x == 0 || x == order;
-    let ends = [i, j, k].map(at_end);
-    let inner = order - 1;
-    let ring = |i: usize, j: usize| match (i > 0, j > 0) {
-        (false, false) => 0,
-        (true, false) => 1,
-        (true, true) => 2,
-        (false, true) => 3,
-    };
-    match ends {
-        [true, true, true] => ring(i, j) + if k > 0 { 4 } else { 0 },
-        // Twelve edges: four below, four above, four upright.
-        [false, true, true] => {
-            (i - 1) + if j > 0 { 2 * inner } else { 0 } + if k > 0 { 4 * inner } else { 0 } + 8
-        }
-        [true, false, true] => {
-            (j - 1) + if i > 0 { inner } else { 3 * inner } + if k > 0 { 4 * inner } else { 0 } + 8
-        }
-        [true, true, false] => (k - 1) + inner * ring(i, j) + 8 * inner + 8,
-        // Six faces.
-        [true, false, false] => {
-            8 + 12 * inner + (j - 1) + inner * (k - 1) + if i > 0 { inner * inner } else { 0 }
-        }
-        [false, true, false] => {
-            8 + 12 * inner
-                + 2 * inner * inner
-                + (i - 1)
-                + inner * (k - 1)
-                + if j > 0 { inner * inner } else { 0 }
-        }
-        [false, false, true] => {
-            8 + 12 * inner
-                + 4 * inner * inner
-                + (i - 1)
-                + inner * (j - 1)
-                + if k > 0 { inner * inner } else { 0 }
-        }
-        [false, false, false] => {
-            8 + 12 * inner + 6 * inner * inner + (i - 1) + inner * ((j - 1) + inner * (k - 1))
-        }
-    }
 }

@@ -263,12 +263,16 @@ fn split_cells_fill_the_same_space_once_and_keep_what_is_linear() {
     let pyramid = [CUBE[0], CUBE[1], CUBE[2], CUBE[3], [0.5, 0.5, 1.0]];
     let hexahedron = Kind::Hexahedron.edges();
     // VTK has the edges of a ring, of the other, and then those between.
-    let cases: [(u8, Vec<DVec3>, f64, usize); 7] = [
+    let cases: [(u8, Vec<DVec3>, f64, usize); 11] = [
         (24, with_middles(&tetrahedron, Kind::Tetrahedron.edges()), 1.0 / 6.0, 8),
         (25, with_middles(&CUBE, hexahedron), 1.0, 8),
         (26, with_middles(&wedge, Kind::Wedge.edges()), 0.5, 8),
         (27, with_middles(&pyramid, Kind::Pyramid.edges()), 1.0 / 3.0, 10),
+        (31, with_middles(&wedge, &Kind::Wedge.edges()[..6]), 0.5, 4),
+        (32, of_lagrange(&wedge, 2), 0.5, 8),
+        (71, of_lagrange(&tetrahedron, 5), 1.0 / 6.0, 125),
         (72, lagrange(3), 1.0, 27),
+        (73, of_lagrange(&wedge, 4), 0.5, 64),
         (11, [0, 1, 3, 2, 4, 5, 7, 6].map(|i| DVec3::from(CUBE[i])).to_vec(), 1.0, 1),
         (15, prism(5), 5.0 / 2.0 * (72_f64).to_radians().sin(), 5),
     ];
@@ -319,8 +323,8 @@ fn area(cells: &Cells, [a, b, c]: [u32; 3]) -> f64 {
 /// The area about the cells of the test above.
 fn hull_of(kind: u8) -> f64 {
     match kind {
-        24 => 1.5 + 3.0_f64.sqrt() / 2.0,
-        26 => 1.0 + 2.0 + 2.0_f64.sqrt(),
+        24 | 71 => 1.5 + 3.0_f64.sqrt() / 2.0,
+        26 | 31 | 32 | 73 => 1.0 + 2.0 + 2.0_f64.sqrt(),
         27 => 1.0 + 4.0 * 1.25_f64.sqrt() / 2.0,
         15 => {
             let half = (36_f64).to_radians();
@@ -339,6 +343,28 @@ fn prism(corners: usize) -> Vec<DVec3> {
         })
     };
     ring(0.0).chain(ring(1.0)).collect()
+}
+
+/// A tetrahedron's or wedge's points of an order. That VTK numbers them so has a test beside what numbers them.
+fn of_lagrange(corners: &[[f64; 3]], order: usize) -> Vec<DVec3> {
+    let corners: Vec<DVec3> = corners.iter().map(|c| DVec3::from(*c)).collect();
+    let n = order as f64;
+    let weights: Vec<Vec<f64>> = match corners.len() {
+        4 => split::lagrange::tetrahedron(order)
+            .iter()
+            .map(|w| w.map(|w| w as f64 / n).to_vec())
+            .collect(),
+        _ => {
+            let of = |[i, j, k]: &[usize; 3]| {
+                let [i, j, k] = [i, j, k].map(|at| *at as f64 / n);
+                let ring = [1.0 - i - j, i, j];
+                ring.map(|w| w * (1.0 - k)).into_iter().chain(ring.map(|w| w * k)).collect()
+            };
+            split::lagrange::wedge(order).iter().map(of).collect()
+        }
+    };
+    let place = |own: &Vec<f64>| corners.iter().zip(own).map(|(at, weight)| *at * *weight).sum();
+    weights.iter().map(place).collect()
 }
 
 /// The unit cube as Lagrange's hexahedron, each point found by the corner, edge, face or inside that VTK numbers it in.

@@ -99,9 +99,14 @@ fn kind_name(kind: u8) -> String {
         27 => "quadratic pyramids",
         28 => "biquadratic quadrilaterals",
         29 => "triquadratic hexahedra",
+        31 => "quadratic linear wedges",
+        32 => "biquadratic quadratic wedges",
         42 => "polyhedra",
+        69 => "Lagrange triangles",
+        70 => "Lagrange quadrilaterals",
         71 => "Lagrange tetrahedra",
         72 => "Lagrange hexahedra",
+        73 => "Lagrange wedges",
         other => return format!("cells of VTK's type {other}"),
     };
     name.to_owned()

@@ -2,6 +2,7 @@
 
 mod told;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -14,7 +15,9 @@ use crate::core::counted;
 use crate::core::memory::{self, TooLarge};
 use crate::volume::{Association, Field, Grid, Samples, ScalarType, Shape};
 
-pub(super) use told::{EMBED_THEM, THINNER_THAN_A_PIXEL, holds_colours, in_short, points_alone};
+pub(super) use told::{
+    EMBED_THEM, THINNER_THAN_A_PIXEL, holds_colours, in_short, points_alone, tell_apart,
+};
 
 /// VTK's numbers of cells (`vtkCellType.h`), of those that readers name themselves.
 pub(super) mod kind {
@@ -320,13 +323,11 @@ pub(super) fn add_parted(
 /// One cell behind the others.
 fn add(listing: &mut Listing, kind: u8, own: &[i64], points: usize) -> Result<(), Problem> {
     if kind == kind::POLYHEDRON {
-        let number = listing.types.len();
-        let faces = faces_of(own, points, number)?;
-        listing.corners.extend(corners_of_faces(&faces));
-        listing.faces.insert(number, faces);
-    } else {
-        extend_corners(&mut listing.corners, own, points)?;
+        let faces = faces_of(own, points, listing.types.len())?;
+        add_polyhedron(listing, faces);
+        return Ok(());
     }
+    extend_corners(&mut listing.corners, own, points)?;
     listing.types.push(kind);
     listing.starts.push(listing.corners.len());
     Ok(())
@@ -371,8 +372,54 @@ pub(super) fn faces_of(
     if rest.is_empty() { Ok(faces) } else { Err(wrong()) }
 }
 
+/// Refuses faces of polyhedra, by their numbers among `all`, that no memory holds, before anything is allocated for them: each takes
+/// its own however often it is named. `taken` are bytes of those before.
+pub(super) fn require_faces<'a>(
+    all: &[Vec<i64>],
+    numbers: impl Iterator<Item = &'a i64>,
+    (taken, free_bytes): (&mut u64, u64),
+) -> Result<(), Problem> {
+    let face = |number: &i64| usize::try_from(*number).ok().and_then(|number| all.get(number));
+    for number in numbers {
+        let corners = face(number).map_or(0, Vec::len) as u64;
+        *taken = taken.saturating_add(size_of::<Vec<u32>>() as u64 + corners * CORNER_BYTES);
+    }
+    Ok(memory::require("the faces of polyhedra", *taken, free_bytes)?)
+}
+
+/// The faces of a polyhedron by their numbers among `all`.
+///
+/// # Errors
+/// Numbers that no face has, and corners that are no points.
+pub(super) fn faces_among(
+    all: &[Vec<i64>],
+    numbers: &[i64],
+    (cell, points): (usize, usize),
+) -> Result<Vec<Vec<u32>>, Problem> {
+    let face = |number: &i64| {
+        let own = usize::try_from(*number).ok().and_then(|number| all.get(number));
+        let own = own.ok_or_else(|| {
+            header(
+                format!("faces from 0 to {}", all.len() as i64 - 1),
+                format!("{number} of polyhedron {cell}"),
+                "the file was altered: copy or write it again",
+            )
+        })?;
+        corners(own, points)
+    };
+    numbers.iter().map(face).collect()
+}
+
+/// One polyhedron behind the other cells.
+pub(super) fn add_polyhedron(listing: &mut Listing, faces: Vec<Vec<u32>>) {
+    listing.corners.extend(corners_of_faces(&faces));
+    listing.faces.insert(listing.types.len(), faces);
+    listing.types.push(kind::POLYHEDRON);
+    listing.starts.push(listing.corners.len());
+}
+
 /// The points of faces, each once, in the order in which they come.
-pub(super) fn corners_of_faces(faces: &[Vec<u32>]) -> Vec<u32> {
+fn corners_of_faces(faces: &[Vec<u32>]) -> Vec<u32> {
     let mut found = Vec::new();
     let mut seen = std::collections::HashSet::new();
     for point in faces.iter().flatten() {
@@ -425,6 +472,9 @@ pub(super) fn joined(parts: Vec<Part>, warnings: &mut Vec<String>) -> Result<Par
 
 fn joined_fields(parts: &[Part], warnings: &mut Vec<String>) -> Result<Vec<Field>, Problem> {
     let Some((first, rest)) = parts.split_first() else { return Ok(Vec::new()) };
+    let ignored = |name: &str| {
+        format!("the array {} is ignored: not every piece has it of one type", quoted(name))
+    };
     let mut fields = Vec::new();
     for field in &first.fields {
         let same = |other: &&Field| {
@@ -436,10 +486,7 @@ fn joined_fields(parts: &[Part], warnings: &mut Vec<String>) -> Result<Vec<Field
         let others: Option<Vec<&Field>> =
             rest.iter().map(|part| part.fields.iter().find(same)).collect();
         let Some(others) = others else {
-            warnings.push(format!(
-                "the array {} is ignored: not every piece has it of one type",
-                quoted(&field.name)
-            ));
+            warnings.push(ignored(&field.name));
             continue;
         };
         let all = others.iter().map(|other| other.samples.len()).sum::<usize>();
@@ -450,6 +497,14 @@ fn joined_fields(parts: &[Part], warnings: &mut Vec<String>) -> Result<Vec<Field
         }
         fields.push(Field { samples: Arc::new(samples), ..field.clone() });
     }
+    let is_in_first = |other: &Field| {
+        let is_it =
+            |field: &Field| (&field.name, field.association) == (&other.name, other.association);
+        first.fields.iter().any(is_it)
+    };
+    let others = rest.iter().flat_map(|part| &part.fields).filter(|field| !is_in_first(field));
+    let others: BTreeSet<&str> = others.map(|field| field.name.as_str()).collect();
+    warnings.extend(others.into_iter().map(ignored));
     Ok(fields)
 }
 
@@ -519,7 +574,7 @@ pub(super) fn grid(
     memory::require("the cells of the file, split into simple ones", needed, free_bytes)?;
     // What lies on no cell is no field.
     fields.retain(|field| !field.samples.is_empty());
-    told::tell_apart(&mut fields, warnings);
+    tell_apart(&mut fields, warnings);
     warnings.extend(told::flat_cells(&listing.types));
     warnings.extend(told::thin_cells(&listing.types));
     warnings.extend(told::open_polyhedra(&listing));
@@ -641,18 +696,21 @@ fn no_cells(error: CellsError) -> Problem {
 
 /// As many solids as the cells can become at most.
 fn solids_most(listing: &Listing) -> u64 {
-    let mut all = 0_u64;
+    let (mut all, starts) = (0_u64, &listing.starts);
     for (cell, kind) in listing.types.iter().enumerate() {
+        let own = starts[cell + 1].saturating_sub(starts[cell]) as u64;
         all += match kind {
             10..=14 => 1,
             15..=16 => 6,
-            24..=29 => 10,
+            24..=29 | 31 | 32 => 10,
+            71 => 6 * own,
+            73 => 2 * own,
             // A tetrahedron for each corner of each face.
             42 => {
                 listing.faces.get(&cell).map_or(0, |faces| faces.iter().map(Vec::len).sum()) as u64
             }
             // No more than points.
-            _ => (listing.starts[cell + 1].saturating_sub(listing.starts[cell])) as u64,
+            _ => own,
         };
     }
     all

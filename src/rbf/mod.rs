@@ -24,5 +24,5 @@ pub use favour::{Favour, FavourError, Region};
 pub use function::{Basis, Function};
 pub use limits::Limits;
 pub use listed::{LeftOut, Listed};
-pub use neighbours::{log_densities, next_distance};
+pub use neighbours::{log_densities, log_spread, next_distance};
 pub use points::Points;

@@ -26,6 +26,8 @@ const WIDTH: f64 = 0.8;
 const REACH: f64 = 3.0;
 /// Where neighbours lie on a plane or a line ellipsoids are still so thick, of their greatest width.
 const THINNEST: f64 = 0.25;
+/// The same about the points of cells, which may be long and thin, and lie close where they are.
+const THINNEST_OF_CELLS: f64 = 1e-3;
 /// The greatest width of an ellipsoid about a point, of their median.
 const WIDEST: f64 = 2.0;
 /// Samples that a thread looks at after one another.
@@ -47,20 +49,53 @@ impl Encoding {
         samples: impl IntoIterator<Item = (DVec3, f64)>,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let samples = merged(samples);
-        let [least, most] = samples
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (_, v)| [a.min(*v), b.max(*v)]);
-        let bias = if samples.is_empty() { 0.0 } else { least / 2.0 + most / 2.0 };
+        let samples = merged(samples.into_iter().map(|(at, value)| (at, [value])));
         let places = samples.iter().enumerate();
         let places = places.map(|(i, (at, _))| Place::new(at.to_array(), i)).collect();
         let tree = RTree::bulk_load(places);
-        let parts: Vec<&[(DVec3, f64)]> = samples.chunks(A_PART).collect();
+        Self::of_shapes(&samples, |at, _| shape_at(at, &tree), ticket)
+    }
+
+    /// The same of samples that tell themselves how wide their ellipsoids are: each with the mean of [`log_spread`]s of what is about
+    /// it, in squares of `unit`. No tree is searched for neighbours: of points that lie close along one axis and far apart along the
+    /// others the nearest lie along that one alone.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn about_cells(
+        samples: impl IntoIterator<Item = (DVec3, f64, DMat3)>,
+        unit: f64,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let numbers = |(at, value, spread): (DVec3, f64, DMat3)| {
+            let [x, y, z] = [spread.x_axis, spread.y_axis, spread.z_axis];
+            (at, [value, x.x, y.y, z.z, x.y, x.z, y.z])
+        };
+        let samples = merged(samples.into_iter().map(numbers));
+        let shape = |_, [_, xx, yy, zz, xy, xz, yz]: &[f64; 7]| {
+            let logs = Matrix3::new(*xx, *xy, *xz, *xy, *yy, *yz, *xz, *yz, *zz);
+            let axes = Axes::of_spread(logs, unit, |log| (log / 2.0).exp());
+            axes.shape(THINNEST_OF_CELLS)
+        };
+        Self::of_shapes(&samples, shape, ticket)
+    }
+
+    /// Of merged samples, whose first number is their value, with what takes an offset from each to one in widths.
+    fn of_shapes<const N: usize>(
+        samples: &[(DVec3, [f64; N])],
+        shape: impl Fn(DVec3, &[f64; N]) -> DMat3 + Sync,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let values = samples.iter().map(|(_, numbers)| numbers[0]);
+        let [least, most] =
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+        let bias = if samples.is_empty() { 0.0 } else { least / 2.0 + most / 2.0 };
+        let parts: Vec<&[(DVec3, [f64; N])]> = samples.chunks(A_PART).collect();
         let parts = parallel::try_list(parts.len(), |part| {
             let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
-            let function = |(at, value): &(DVec3, f64)| {
+            let function = |(at, numbers): &(DVec3, [f64; N])| {
                 looks.after(1)?;
-                Ok(Function::about(*at, shape_at(*at, &tree), value - bias))
+                Ok(Function::about(*at, shape(*at, numbers), numbers[0] - bias))
             };
             parts[part].iter().map(function).collect::<Result<Vec<Function>, Cancelled>>()
         });
@@ -91,6 +126,23 @@ impl Encoding {
     }
 }
 
+/// The logarithm of the mean of the products of offsets, as a matrix. Means of these are geometric ones: what is long about a
+/// sample weighs no more than what is short, as it would in means of squares.
+pub fn log_spread(spread: DMat3) -> DMat3 {
+    let [x, y, z] = [spread.x_axis, spread.y_axis, spread.z_axis];
+    let spread = Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z);
+    let axes = Axes::of_spread(spread, 1.0, |square| square.max(0.0).sqrt());
+    if axes.widths[2] <= 0.0 {
+        return DMat3::ZERO;
+    }
+    (0..3).fold(DMat3::ZERO, |sum, i| {
+        let own = axes.widths[i].max(THINNEST_OF_CELLS * axes.widths[2]);
+        let along = axes.directions[i];
+        let log = 2.0 * own.ln() * along;
+        sum + DMat3::from_cols(log * along.x, log * along.y, log * along.z)
+    })
+}
+
 /// The geometric mean of an ellipsoid's widths, world.
 fn width_of(function: &Function) -> f64 {
     function.shape.determinant().abs().cbrt().recip()
@@ -101,11 +153,11 @@ fn width_of(function: &Function) -> f64 {
 pub fn next_distance(points: &[DVec3]) -> f64 {
     const FOURTH: usize = 4;
     const MOST: usize = 2000;
-    let unique = merged(points.iter().map(|at| (*at, 0.0)));
+    let unique = merged(points.iter().map(|at| (*at, [])));
     let places = unique.iter().map(|(at, _)| Place::new(at.to_array(), 0)).collect();
     let tree = RTree::bulk_load(places);
     let every = unique.len().div_ceil(MOST).max(1);
-    let far = |(at, _): &(DVec3, f64)| {
+    let far = |(at, _): &(DVec3, [f64; 0])| {
         let near = tree.nearest_neighbor_iter(at.to_array()).skip(1).take(FOURTH).last();
         near.map(|place| DVec3::from(*place.geom()).distance(*at))
     };
@@ -148,13 +200,13 @@ pub(super) fn spacings(points: &[DVec3]) -> Vec<f64> {
 /// How far the 18th nearest other place lies from each, or the farthest of fewer; 0 of a place alone.
 struct Radii {
     /// In their order.
-    unique: Vec<(DVec3, f64)>,
+    unique: Vec<(DVec3, [f64; 0])>,
     radii: Vec<f64>,
 }
 
 impl Radii {
     fn of(points: &[DVec3]) -> Self {
-        let unique = merged(points.iter().map(|at| (*at, 0.0)));
+        let unique = merged(points.iter().map(|at| (*at, [])));
         let places = unique.iter().enumerate();
         let places = places.map(|(i, (at, _))| Place::new(at.to_array(), i));
         let tree = RTree::bulk_load(places.collect());
@@ -199,17 +251,22 @@ fn radius_of_nearest(tree: &RTree<Place>, place: &Place, guess: &mut f64) -> f64
     guess.sqrt()
 }
 
-/// Samples by their places, each place once.
-fn merged(samples: impl IntoIterator<Item = (DVec3, f64)>) -> Vec<(DVec3, f64)> {
-    let is_finite = |(at, value): &(DVec3, f64)| at.is_finite() && value.is_finite();
-    let mut all: Vec<(DVec3, f64)> = samples.into_iter().filter(is_finite).collect();
+/// Samples by their places, each place once, with the means of their numbers.
+fn merged<const N: usize>(
+    samples: impl IntoIterator<Item = (DVec3, [f64; N])>,
+) -> Vec<(DVec3, [f64; N])> {
+    let is_finite = |(at, numbers): &(DVec3, [f64; N])| {
+        at.is_finite() && numbers.iter().all(|number| number.is_finite())
+    };
+    let mut all: Vec<(DVec3, [f64; N])> = samples.into_iter().filter(is_finite).collect();
     // −0 is at the place of 0.
     all.iter_mut().for_each(|(at, _)| *at += DVec3::ZERO);
     all.par_sort_by(|(a, _), (b, _)| order(a, b));
     all.chunk_by(|(a, _), (b, _)| a == b)
         .map(|own| {
             let count = own.len() as f64;
-            (own[0].0, own.iter().map(|(_, value)| value / count).sum())
+            let mean = |i: usize| own.iter().map(|(_, numbers)| numbers[i] / count).sum();
+            (own[0].0, std::array::from_fn(mean))
         })
         .collect()
 }
@@ -235,24 +292,25 @@ fn shape_at(at: DVec3, tree: &RTree<Place>) -> DMat3 {
         2 => NEIGHBOURS_ON_A_PLANE,
         _ => NEIGHBOURS,
     };
-    Axes::of(&near[..next.min(near.len())]).shape()
+    Axes::of(&near[..next.min(near.len())]).shape(THINNEST)
 }
 
 /// How far neighbours lie in the directions of their spread.
 struct Axes {
     /// Of length 1.
     directions: [DVec3; 3],
-    /// Root of the mean square along each, the least first, in units of the farthest.
+    /// Root of the mean square along each, the least first, in units.
     widths: [f64; 3],
-    /// Distance of the farthest; 0 where there is none, or one so far that squares of distances have no number.
-    farthest: f64,
+    /// Distance of the farthest, or another length about as long; 0 where there is none, or one so far that squares of
+    /// distances have no number.
+    unit: f64,
 }
 
 impl Axes {
     fn of(near: &[DVec3]) -> Self {
         let farthest = near.iter().map(|offset| offset.length()).fold(0.0, f64::max);
         if !(farthest > 0.0 && farthest.is_finite()) {
-            return Self { directions: DVec3::AXES, widths: [0.0; 3], farthest: 0.0 };
+            return Self { directions: DVec3::AXES, widths: [0.0; 3], unit: 0.0 };
         }
         // In units of the farthest: squares of great and small lengths have a number, too.
         let mut covariance = Matrix3::<f64>::zeros();
@@ -261,26 +319,32 @@ impl Axes {
                 covariance[(row, column)] += offset[row] * offset[column] / near.len() as f64;
             }
         }
-        let SymmetricEigen { eigenvalues, eigenvectors } = covariance.symmetric_eigen();
+        Self::of_spread(covariance, farthest, |square| square.max(0.0).sqrt())
+    }
+
+    /// Of a matrix that tells how they spread, with what takes its eigenvalues to widths in units.
+    fn of_spread(spread: Matrix3<f64>, unit: f64, width: impl Fn(f64) -> f64) -> Self {
+        let SymmetricEigen { eigenvalues, eigenvectors } = spread.symmetric_eigen();
         let mut order = [0, 1, 2];
         order.sort_by(|a, b| eigenvalues[*a].total_cmp(&eigenvalues[*b]));
         let direction = |i: usize| {
             let axis = eigenvectors.column(i);
             DVec3::new(axis[0], axis[1], axis[2])
         };
-        let width = |i: usize| eigenvalues[i].max(0.0).sqrt();
-        Self { directions: order.map(direction), widths: order.map(width), farthest }
+        let width = |i: usize| width(eigenvalues[i]);
+        Self { directions: order.map(direction), widths: order.map(width), unit }
     }
 
-    /// What takes an offset to one in widths of an ellipsoid; of a sample alone the offset itself.
-    fn shape(&self) -> DMat3 {
-        if self.farthest <= 0.0 {
+    /// What takes an offset to one in widths of an ellipsoid, which is so thick at least, of its greatest width; of a sample
+    /// alone the offset itself.
+    fn shape(&self, thinnest: f64) -> DMat3 {
+        let widest = self.widths[2];
+        if widest * self.unit <= 0.0 {
             return DMat3::IDENTITY;
         }
-        let widest = self.widths[2];
         let row = |i: usize| {
-            let own = self.widths[i].max(THINNEST * widest);
-            self.directions[i] / (WIDTH * own * self.farthest)
+            let own = self.widths[i].max(thinnest * widest);
+            self.directions[i] / (WIDTH * own * self.unit)
         };
         DMat3::from_cols(row(0), row(1), row(2)).transpose()
     }

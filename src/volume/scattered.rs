@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::cells::CellField;
 use crate::core::progress::{Cancelled, Ticket};
-use crate::rbf::{Encoding, next_distance};
+use crate::rbf::{Encoding, log_spread, next_distance};
 
 /// Samples at places anywhere, and the ellipsoids about them as which they can be drawn.
 #[derive(Debug)]
@@ -71,8 +71,8 @@ impl Scattered {
         self.are_points() && self.count > Self::MOST_SAMPLED
     }
 
-    /// The ellipsoids, as [`Encoding::about_samples`] has them, made at the first call; about points none is much wider than
-    /// others.
+    /// The ellipsoids, as [`Encoding::about_samples`] has them, made at the first call, where none is much wider than others; of
+    /// cells as [`Encoding::about_cells`] has them.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -86,9 +86,120 @@ impl Scattered {
             Source::Points { samples, .. } => {
                 Encoding::about_samples(samples.iter().copied(), ticket)?.without_wide()
             }
-            Source::Cells(field) => Encoding::about_samples(field.samples(), ticket)?,
+            Source::Cells(field) => {
+                // Cells that are points have none.
+                let unit = field.cells().median_edge().max(f64::MIN_POSITIVE);
+                Encoding::about_cells(field.samples(unit, log_spread, ticket)?, unit, ticket)?
+            }
         });
         *made = Some(Arc::clone(&found));
         Ok(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::cells::{Cells, Listing, On};
+
+    /// Boxes of a size each, four along each axis, as hexahedra or six tetrahedra each, and a number that grows along all axes.
+    fn boxes(size: DVec3, is_of_tetrahedra: bool, on: On) -> Arc<CellField> {
+        let at = |i: usize| DVec3::from([i % 5, i / 5 % 5, i / 25].map(|n| n as f64)) * size;
+        let points: Vec<DVec3> = (0..125).map(at).collect();
+        let linear = |place: DVec3| (place / size).dot(DVec3::new(1.0, 2.0, 3.0));
+        let cells = match is_of_tetrahedra {
+            false => Cells::of_grid(&points.iter().copied().collect(), [5; 3]),
+            true => tetrahedra(points.clone()),
+        };
+        let places = if on == On::Points { points } else { cells.middles().to_vec() };
+        let values = places.into_iter().map(linear).collect();
+        Arc::new(CellField::new(Arc::new(cells), on, values))
+    }
+
+    /// Those along the diagonals of the boxes between some points.
+    fn tetrahedra(points: Vec<DVec3>) -> Cells {
+        let mut corners: Vec<u32> = Vec::new();
+        for low in (0..125).filter(|i| i % 5 < 4 && i / 5 % 5 < 4 && i / 25 < 4) {
+            for [a, b] in [[1, 5], [5, 1], [1, 25], [25, 1], [5, 25], [25, 5]] {
+                corners.extend([low, low + a, low + a + b, low + 31]);
+            }
+        }
+        let count = corners.len() / 4;
+        let starts = (0..=count).map(|i| 4 * i).collect();
+        let types = vec![10; count];
+        let faces = BTreeMap::new();
+        Cells::new(Listing { points, types, starts, corners, faces }).expect("cells")
+    }
+
+    fn about(field: &Arc<CellField>) -> Arc<Encoding> {
+        let scattered = Scattered::of_cells(field).expect("cells");
+        let found = scattered.ellipsoids(&Ticket::new()).expect("not cancelled");
+        assert_eq!(found.functions().len(), scattered.count());
+        found
+    }
+
+    /// Neighbours of points that lie close along an axis are those along it alone, if they are the nearest ones: ellipsoids about
+    /// them reached no others, and between them there was nothing.
+    #[test]
+    fn ellipsoids_about_long_thin_cells_reach_all_of_these() {
+        for size in [DVec3::ONE, DVec3::new(1.0, 0.05, 1.0), DVec3::new(0.004, 0.02, 1.0)] {
+            for (is_of_tetrahedra, on, most) in
+                [(false, On::Points, 0.3), (true, On::Points, 0.4), (false, On::Cells, 0.3)]
+            {
+                let found = about(&boxes(size, is_of_tetrahedra, on));
+                // Within the middles of the outermost cells: beyond them values go on as they are.
+                for i in 0..1000 {
+                    let share = DVec3::from([i % 10, i / 10 % 10, i / 100].map(f64::from)) / 9.0;
+                    let place = 0.5 + 3.0 * share;
+                    let value = found.value(place * size);
+                    let expected = place.dot(DVec3::new(1.0, 2.0, 3.0));
+                    let off = (value - expected).abs();
+                    assert!(off < 6.0 * most, "{size} {is_of_tetrahedra} {on:?} {place}: {off}");
+                }
+                for place in [DVec3::ZERO, DVec3::splat(4.0), DVec3::new(0.0, 4.0, 2.0)] {
+                    assert!(!found.value(place * size).is_nan(), "{size} {on:?} {place}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn ellipsoids_about_the_corners_of_boxes_are_six_tenths_as_wide_as_these() {
+        let size = DVec3::new(0.01, 2.0, 0.5);
+        for on in [On::Points, On::Cells] {
+            let found = about(&boxes(size, false, on));
+            for (function, axis) in
+                found.functions().iter().flat_map(|f| DVec3::AXES.map(|axis| (f, axis)))
+            {
+                let width = (function.shape * (axis * size)).length().recip();
+                assert!((width - 0.6).abs() < 0.01, "{on:?} {}: {width}", function.centre);
+            }
+        }
+    }
+
+    /// Two boxes with corners of their own on the face between them, and a constant.
+    #[test]
+    fn points_that_are_there_twice_are_one_and_a_constant_stays_one() {
+        let corner = |i: usize, shift: usize| {
+            DVec3::from([i % 2, i / 2 % 2, i / 4 + shift].map(|n| n as f64))
+        };
+        let points = (0..16).map(|i| corner(i % 8, i / 8)).collect();
+        let ring = [0, 1, 3, 2, 4, 5, 7, 6];
+        let corners = ring.iter().copied().chain(ring.map(|i| i + 8)).collect();
+        let faces = BTreeMap::new();
+        let listing =
+            Listing { points, types: vec![12; 2], starts: vec![0, 8, 16], corners, faces };
+        let cells = Arc::new(Cells::new(listing).expect("cells"));
+        let field = Arc::new(CellField::new(cells, On::Points, vec![7.25; 16]));
+        let found = Scattered::of_cells(&field).expect("cells").ellipsoids(&Ticket::new());
+        let found = found.expect("not cancelled");
+        assert_eq!(found.functions().len(), 12);
+        for i in 0..200 {
+            let share = DVec3::new(f64::from(i % 11), f64::from(i % 13), f64::from(i % 17));
+            let place = share / DVec3::new(10.0, 12.0, 8.0);
+            assert!((found.value(place) - 7.25).abs() < 1e-12, "{place}");
+        }
     }
 }

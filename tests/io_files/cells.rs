@@ -10,6 +10,7 @@ use voxsplat::io::{Format, OpenOptions, Opened, describe, open};
 use voxsplat::volume::{Association, Component, Field, Shape};
 
 use crate::watching::LARGEST;
+use crate::write_netcdf::{Attribute, Values, netcdf, plain};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/readers").join(name)
@@ -152,6 +153,97 @@ fn polyhedra_are_the_same_however_their_faces_are_written() {
     says("a.vtk", text.replace("17 4 3", "17 5 3"), &["faces of polyhedron 0"]);
 }
 
+/// A face that is named again and again takes memory each time, however short the file is.
+#[test]
+fn faces_that_polyhedra_name_more_often_than_memory_holds_are_refused() {
+    let xml = std::fs::read_to_string(data("poly.vtu")).unwrap();
+    let at = xml.find("<DataArray type=\"Int64\" Name=\"faces\"").unwrap();
+    let end = at + xml[at..].find("</Cells>").unwrap();
+    let array = |name: &str, numbers: &str| {
+        format!("<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">{numbers}</DataArray>")
+    };
+    let of = |times: usize| {
+        let lists = [
+            array("face_connectivity", &"0 2 1 ".repeat(1000)),
+            array("face_offsets", "3000"),
+            array("polyhedron_to_faces", &"0 ".repeat(times)),
+            array("polyhedron_offsets", &times.to_string()),
+        ];
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.vtu");
+        std::fs::write(&path, format!("{}{}{}", &xml[..at], lists.concat(), &xml[end..])).unwrap();
+        let options = OpenOptions { memory_limit_bytes: Some(8 << 20), ..OpenOptions::default() };
+        open(&path, &options, &Ticket::new()).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(of(2), Ok(()));
+    let error = of(20_000).unwrap_err();
+    assert!(error.starts_with("expected the faces of polyhedra to fit in memory"), "{error}");
+}
+
+/// Arrays that a later piece alone has were passed over without a word.
+#[test]
+fn arrays_that_not_every_piece_has_are_told_whichever_has_them() {
+    let xml = std::fs::read_to_string(data("poly.vtu")).unwrap();
+    let own =
+        "<PointData><DataArray type=\"Float32\" Name=\"load\" format=\"ascii\">1 2 3 4</DataArray>";
+    for at in [xml.find("<PointData").unwrap(), xml.rfind("<PointData").unwrap()] {
+        let behind = at + xml[at..].find('>').unwrap() + 1;
+        let said = made("a.vtu", format!("{}{own}{}", &xml[..at], &xml[behind..])).warnings;
+        let told = said.iter().filter(|said| said.contains("\"load\" is ignored: not every piece"));
+        assert_eq!(told.count(), 1, "{said:?}");
+    }
+}
+
+/// A cube with a pyramid on top, by their faces.
+#[test]
+fn polyhedra_of_exodus_have_the_faces_that_their_block_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let dims = [
+        ("num_dim", 3),
+        ("num_nodes", 9),
+        ("num_elem", 2),
+        ("num_el_blk", 1),
+        ("num_fa_blk", 2),
+        ("quads", 6),
+        ("corners", 4),
+        ("num_nod_per_fa2", 12),
+        ("num_fa_in_blk2", 4),
+        ("num_fac_per_el1", 11),
+        ("num_el_in_blk1", 2),
+    ];
+    let shorts = |values: &[i16]| Values::Short(values.to_vec());
+    let places = |axis: [u8; 9]| Values::Float(axis.map(|at| f32::from(at) / 2.0).to_vec());
+    let quads = [1, 2, 3, 4, 5, 6, 7, 8, 1, 2, 6, 5, 2, 3, 7, 6, 3, 4, 8, 7, 4, 1, 5, 8];
+    let triangles = [5, 6, 9, 6, 7, 9, 7, 8, 9, 8, 5, 9];
+    let with = |faces: [i16; 11]| {
+        let mut blocks = plain("facconn1", &[9], shorts(&faces));
+        blocks.attributes.push(("elem_type", Attribute::Text("NFACED")));
+        let variables = [
+            plain("coordx", &[1], places([0, 2, 2, 0, 0, 2, 2, 0, 1])),
+            plain("coordy", &[1], places([0, 0, 2, 2, 0, 0, 2, 2, 1])),
+            plain("coordz", &[1], places([0, 0, 0, 0, 2, 2, 2, 2, 4])),
+            plain("fbconn1", &[5, 6], shorts(&quads)),
+            plain("fbconn2", &[7], shorts(&triangles)),
+            plain("fbepecnt2", &[8], shorts(&[3; 4])),
+            blocks,
+            plain("ebepecnt1", &[10], shorts(&[6, 5])),
+        ];
+        let path = netcdf(folder.path(), 1, &dims, &variables);
+        open(&path, &OpenOptions::default(), &Ticket::new()).map_err(|error| error.to_string())
+    };
+    let found = with([1, 2, 3, 4, 5, 6, 2, 7, 8, 9, 10]).unwrap();
+    assert_eq!(found.format, Format::Exodus);
+    let told = describe(&found, &Ticket::new()).unwrap().cells.unwrap();
+    assert!(told.to_string().contains("2 polyhedra"), "{told}");
+    assert!((told.total_volume - 4.0 / 3.0).abs() < 1e-9, "{told}");
+    assert!(!found.warnings.join("; ").contains("closed"), "{:?}", found.warnings);
+    for wrong in [11, 0] {
+        let error = with([1, 2, 3, 4, 5, 6, 2, 7, 8, 9, wrong]).unwrap_err();
+        let expected = format!("expected faces from 0 to 9, found {} of polyhedron 1", wrong - 1);
+        assert!(error.starts_with(&expected), "{error}");
+    }
+}
+
 #[test]
 fn pieces_in_several_files_share_the_memory_that_is_free() {
     let folder = tempfile::tempdir().unwrap();
@@ -261,6 +353,62 @@ fn blocks_of_plot3d_are_one_grid_and_one_block_is_curvilinear() {
     let text = std::fs::read_to_string(data("single.x")).unwrap();
     let cut = text.trim_end().rsplit_once(' ').unwrap().0;
     refused("cut.x", cut);
+}
+
+#[test]
+fn functions_of_plot3d_are_fields() {
+    let [grid, flow] = ["blocks.xyz", "blocks.q"].map(|name| std::fs::read(data(name)).unwrap());
+    // In another order of bytes than the grid, and without records; of the second block the third function is 2.
+    let mut functions = [2_i32, 3, 2, 2, 3, 2, 2, 3, 3].map(i32::to_le_bytes).concat();
+    let numbers = (0..72_u8).map(|i| if i < 60 { f32::from(i) } else { 2.0 });
+    functions.extend(numbers.flat_map(f32::to_le_bytes));
+    let folder = tempfile::tempdir().unwrap();
+    let save = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    save("a.xyz", &grid);
+    save("a.fun", &functions);
+    let read = |name: &str| opened(&folder.path().join(name));
+    let names = |of: &Opened| -> Vec<String> {
+        of.grid.fields.iter().map(|field| field.name.clone()).collect()
+    };
+    let alone = read("a.xyz");
+    assert_eq!(names(&alone), ["Function0", "Function1", "Function2", "IBlank"]);
+    assert!(!alone.warnings.join("; ").contains("no solution"), "{:?}", alone.warnings);
+    // A block has all of its functions before the next one's.
+    let second = values(alone.grid.field(Some("Function1")).unwrap());
+    assert_eq!((second[0], second[11], second[12], second[23]), (12.0, 23.0, 48.0, 59.0));
+    assert_eq!(values(alone.grid.field(Some("Function2")).unwrap())[12..], [2.0; 12]);
+    // Whichever of the three is asked for, all open; names lie beside them, and what has one of the flow's is told apart.
+    save("a.q", &flow);
+    save("a.nam", b"Mach number\nDensity ; Flow\n");
+    for name in ["a.xyz", "a.fun", "a.q"] {
+        let all = read(name);
+        let flow = ["Density", "Momentum", "StagnationEnergy"];
+        let own = ["Mach number", "Density 2", "Function2", "IBlank"];
+        assert_eq!(names(&all), [&flow[..], &own[..]].concat(), "{name}");
+        assert_eq!(values(all.grid.field(Some("Density 2")).unwrap()), second, "{name}");
+        assert_eq!(all.warnings.iter().filter(|w| w.contains("several arrays")).count(), 1);
+    }
+    // One that is cut short is told, and the rest opens.
+    save("a.fun", &functions[..functions.len() - 4]);
+    let cut = read("a.fun");
+    assert_eq!(names(&cut).len(), 4);
+    assert!(cut.warnings.join("; ").contains("a.fun is left out: it has no functions"));
+    // As text, on a single block; and named by a third file, where they may be missing.
+    save("s.x", &std::fs::read(data("single.x")).unwrap());
+    save("s.f", format!("3 2 2 1\n{}", "4.5 ".repeat(12)).as_bytes());
+    let single = read("s.x");
+    assert!(matches!(single.grid.shape, Shape::Curvilinear(_)));
+    assert_eq!(values(single.grid.field(Some("Function0")).unwrap()), [4.5; 12]);
+    let list = |function: &str| {
+        save(
+            "s.p3d",
+            format!(r#"{{"filenames":[{{"xyz":"s.x","function":"{function}"}}]}}"#).as_bytes(),
+        );
+        read("s.p3d")
+    };
+    assert_eq!(names(&list("s.f")), ["Function0"]);
+    let missing = list("gone.f");
+    assert!(missing.warnings.join("; ").contains("\"gone.f\" that the file names are not there"));
 }
 
 #[test]
@@ -418,7 +566,7 @@ fn ghosts_are_left_out_and_counted_and_no_field() {
 
 #[test]
 fn types_that_are_not_read_are_not_the_files_fault() {
-    says("a.vtu", vtu(73, CORNERS, "0 1 2 3"), &["VTK's type 73 at cell 0", "Tetrahedralize"]);
+    says("a.vtu", vtu(74, CORNERS, "0 1 2 3"), &["VTK's type 74 at cell 0", "Tetrahedralize"]);
     let cut = TETRAHEDRON.replace("CELLS 1 5\n4 0 1 2 3", "CELLS 1 4\n3 0 1 2");
     says("a.vtk", cut, &["4 corners of cell 0", "copy it again"]);
 }
@@ -672,6 +820,9 @@ fn how_far_straight_parts_of_curved_cells_are_off_is_said() {
     assert!(said.contains("along edges \"T\" is off by up to 12.50 % of its range"), "{said}");
     let said = cell(25, 20, &["0 4 4 0 0 4 4 0", "3 4 2 0 2 4 2 0", "0 4 4 0"].join(" "));
     assert!(said.contains("up to 6.25 %"), "|0 − 6 + 4| / 8 / 4: {said}");
+    // Of the third order: along the edge from 1 to 2, of four points, 0, 0, 0, 2.
+    let said = cell(71, 20, &format!("0 0 2 0{}", " 0".repeat(16)));
+    assert!(said.contains("\"T\" is off by up to 12.50 %"), "|0 − 0 + 2| / 8 / 2: {said}");
     // Straight along all edges.
     let said = cell(24, 10, "0 2 0 0 1 1 0 0 1 0");
     assert!(said.contains("straight parts") && !said.contains('%'), "{said}");

@@ -1,5 +1,5 @@
-//! Meshes that few have: cells that are needles, flat, turned over or there several times, gaps, faces of three, far away, and an
-//! eye among them.
+//! Meshes that few have: cells that are needles, flat, turned over or there several times, gaps, faces of three, far away, points
+//! that no cell has or that are there twice, and an eye among them. And points alone: on a line, on a plane, at one place.
 
 use std::time::Instant;
 
@@ -36,6 +36,13 @@ fn mesh(points: &[[f64; 3]], cells: &[(u8, &[u32])], values: &[f64]) -> Scene {
     let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).unwrap();
     let mut scene = scene_of(Arc::new(volume), &[(0.0, 0.4), (1.0, 0.95)]);
     scene.splat = SplatSettings { slabs_per_voxel: 0.5, ..SplatSettings::CELLS };
+    scene
+}
+
+/// Points alone, as they open from a file, by the ellipsoids about them.
+fn points(places: &[[f64; 3]], values: &[f64]) -> Scene {
+    let mut scene = mesh(places, &[], values);
+    scene.splat = SplatSettings { slabs_per_voxel: 2.0, ..SplatSettings::ELLIPSOIDS };
     scene
 }
 
@@ -170,4 +177,112 @@ fn cells_far_from_0_are_seen_as_they_are_near() {
     let others = near.iter().zip(&there).filter(|pair| off(*pair) > 2e-2).count();
     let seen = near.iter().filter(|pixel| pixel[3] > 0.05).count();
     assert!(seen > 300 && others < seen / 50, "{others} of {seen}");
+}
+
+/// Points that no cell has, wherever they lie and whatever is there, are as if they were not: in the picture, its frame, the range
+/// of values and their mean.
+#[test]
+fn points_that_no_cell_has_are_not_there() {
+    let engine = alone();
+    let cells: [(u8, &[u32]); 2] = [TETRAHEDRON, (10, &[1, 2, 3, 4])];
+    let values = [0.0, 0.3, 0.6, 1.0, 0.8];
+    let plain = mesh(&CORNERS, &cells, &values);
+    let unused = [[500., -90., 3.], [f64::NAN, 0., 0.], [0.2, 0.2, 0.2], [-4., f64::INFINITY, 0.]];
+    let with_unused: Vec<[f64; 3]> = CORNERS.iter().chain(&unused).copied().collect();
+    let more = mesh(&with_unused, &cells, &[&values[..], &[-70.0, 5.0, 99.0, f64::NAN]].concat());
+    assert_eq!(plain.camera, more.camera);
+    let [a, b] = [&plain, &more].map(|scene| scene.volume().unwrap());
+    assert_eq!((a.lattice.dims, a.lattice.origin), (b.lattice.dims, b.lattice.origin));
+    let [a, b] = [a, b].map(|volume| volume.statistics.clone());
+    assert_eq!((a.min, a.max, a.mean), (b.min, b.max, b.mean));
+    let [a, b] = [&plain, &more].map(|scene| drawn(&engine, scene, SIDES).light);
+    assert!(a.iter().filter(|pixel| pixel[3] > 0.05).count() > 300 && a == b);
+    // Nor is anything drawn about them where points are.
+    let [a, b] = [plain, more].map(|mut scene| {
+        scene.splat = SplatSettings::ELLIPSOIDS;
+        drawn(&engine, &scene, SIDES).light
+    });
+    assert!(a.iter().filter(|pixel| pixel[3] > 0.05).count() > 300 && a == b);
+}
+
+/// Cells with points of their own at the same places are drawn as those that share theirs: there is no seam.
+#[test]
+fn points_of_cells_that_are_there_twice_are_drawn_as_those_that_are_shared() {
+    let engine = alone();
+    let values = [0.0, 0.3, 0.6, 1.0, 0.8];
+    let shared: [(u8, &[u32]); 2] = [TETRAHEDRON, (10, &[1, 2, 3, 4])];
+    let of_shared = mesh(&CORNERS, &shared, &values);
+    let twice: Vec<[f64; 3]> = CORNERS[..4].iter().chain(&CORNERS[1..]).copied().collect();
+    let own: [(u8, &[u32]); 2] = [TETRAHEDRON, (10, &[4, 5, 6, 7])];
+    let of_own = mesh(&twice, &own, &[&values[..4], &values[1..]].concat());
+    for kernel in [SplatSettings::CELLS, SplatSettings::ELLIPSOIDS] {
+        let [a, b] = [&of_shared, &of_own].map(|scene| {
+            let scene = Scene { splat: kernel, ..scene.clone() };
+            drawn(&engine, &scene, SIDES).light
+        });
+        let seen = a.iter().filter(|pixel| pixel[3] > 0.05).count();
+        let off = a.as_flattened().iter().zip(b.as_flattened());
+        let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(seen > 300 && off < 2e-4, "{:?}: {seen} {off}", kernel.kernel);
+    }
+    held_to_the_reference(&[("own points", of_own, SIDES, 1e-3)]);
+}
+
+/// Points on a line, along an axis or askew, on a plane, some of them at one place, two, and one alone.
+#[test]
+fn points_on_a_line_on_a_plane_and_at_one_place_are_the_references() {
+    let at = |count: usize, place: &dyn Fn(f64, f64) -> [f64; 3]| -> Vec<[f64; 3]> {
+        (0..count).map(|i| place((i % 7) as f64, (i / 7) as f64)).collect()
+    };
+    let along = at(7, &|i, _| [i, 0.0, 0.0]);
+    let askew = at(7, &|i, _| [1.0 + 0.3 * i, 0.8 * i, 5.0 - 0.5 * i]);
+    let plane = at(49, &|i, k| [i, k, 0.0]);
+    let leaning = at(49, &|i, k| [i, 0.6 * k, 0.8 * k + 0.4 * i]);
+    let values: Vec<f64> = (0..49).map(|i| f64::from(i * 5 % 9) / 8.0).collect();
+    let twice: Vec<[f64; 3]> = plane.iter().flat_map(|place| [*place; 2]).collect();
+    // Whose mean is that of the others.
+    let apart: Vec<f64> = values.iter().flat_map(|value| [value - 0.25, value + 0.25]).collect();
+    let one = [[2.0, -3.0, 4.0]; 3];
+    held_to_the_reference(&[
+        ("line", points(&along, &values[..7]), SIDES, 1e-3),
+        ("line askew", points(&askew, &values[..7]), SIDES, 1e-3),
+        ("plane", points(&plane, &values), SIDES, 1e-3),
+        ("leaning plane", points(&leaning, &values), SIDES, 1e-3),
+        ("each twice", points(&twice, &apart), SIDES, 1e-3),
+        ("two", points(&along[..2], &[0.2, 0.9]), SIDES, 1e-3),
+        ("one, thrice", points(&one, &[0.3, 0.6, 0.9]), SIDES, 1e-3),
+    ]);
+    let engine = alone();
+    let light = |scene: &Scene| drawn(&engine, scene, SIDES).light;
+    // The same ellipsoids are listed in the same order; their opacity is one over the range of values.
+    let mut doubled = points(&twice, &apart);
+    let single = points(&plane, &values);
+    doubled.camera = single.camera;
+    let off = light(&single)
+        .as_flattened()
+        .iter()
+        .zip(light(&doubled).as_flattened())
+        .fold(0.0_f32, |most, (a, b)| most.max((a - b).abs()));
+    assert!(off < 1e-3, "points that are there twice have the mean of their values: {off}");
+}
+
+/// Cells whose points all lie on a plane, or on a line, have no volume and hide nothing; a picture of them is of nothing, and one of
+/// others beside them is of these.
+#[test]
+fn cells_of_points_on_a_plane_or_a_line_are_nothing() {
+    let engine = alone();
+    let values = [0.0, 0.3, 0.6, 1.0, 0.8];
+    let plane = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.], [0.5, 0.5, 0.]];
+    let line = [[0., 0., 0.], [1., 0., 0.], [2., 0., 0.], [3., 0., 0.], [4., 0., 0.]];
+    let cells: [(u8, &[u32]); 2] = [TETRAHEDRON, (10, &[1, 2, 3, 4])];
+    for (name, places) in [("plane", plane), ("line", line)] {
+        let light = drawn(&engine, &mesh(&places, &cells, &values), SIDES).light;
+        assert!(light.iter().flatten().all(|part| part.is_finite()), "{name}");
+        let most = light.iter().map(|pixel| pixel[3]).fold(0.0, f32::max);
+        assert!(most < 0.05, "{name}: {most}");
+        let both: Vec<[f64; 3]> = CORNERS[..4].iter().chain(&places[..4]).copied().collect();
+        let beside: [(u8, &[u32]); 2] = [TETRAHEDRON, (10, &[4, 5, 6, 7])];
+        let scene = mesh(&both, &beside, &[&values[..4], &values[..4]].concat());
+        held_to_the_reference(&[(name, scene, SIDES, 1e-3)]);
+    }
 }

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Key, Modifiers, PointerButton, vec2};
+use eframe::egui::{Event, Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
 use voxsplat::core::Srgb8;
 use voxsplat::polygons::{Mesh, MeshValues};
 use voxsplat::scene::{Layer, Look, PolygonLook, Sampled, Scene};
+use voxsplat::transfer::{ColourMap, ColourSource, Design, TransferFunction};
 
 use super::press;
 use crate::ui_support::Bench;
@@ -194,6 +195,49 @@ fn streamlines_and_arrows_of_vectors_become_meshes() {
         bench.settle();
         let names: Vec<_> = layers(&bench).iter().map(|l| l.mesh.name().to_owned()).collect();
         assert!(names.len() == count && names.iter().any(|n| n == name), "{names:?}");
+    }
+}
+
+/// In matter that hides them nothing would be seen of what was just made.
+#[test]
+fn streamlines_and_arrows_in_opaque_matter_hide_it_and_say_so() {
+    let made_in = |opacity: f64, button: &str| {
+        let mut bench = Bench::empty();
+        bench.open("triples.nrrd");
+        bench.settle();
+        bench.choose("Vectors", "wind");
+        bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
+        bench.settle();
+        let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 511.0] };
+        let of = TransferFunction::of(vec![(0.0, opacity), (511.0, opacity)], colour);
+        bench.harness.event(Event::Paste(Design::from(of).to_text()));
+        bench.harness.run_steps(3);
+        bench.harness.get_by_label("Streamlines and arrows").click();
+        bench.settle();
+        assert!(bench.window().scene().expect("open").shows_field());
+        press(&mut bench, button);
+        bench.wait_until(|window| window.scene().is_some_and(|s| !Shown::all_of(s).is_empty()));
+        bench.settle();
+        assert_eq!(layers(&bench).len(), 1);
+        bench
+    };
+    let told = |bench: &Bench| {
+        let shown = bench.window().notices().shown();
+        shown.iter().find(|notice| notice.text.contains("opaque matter")).map(|n| n.text.clone())
+    };
+    for (button, name) in [("Make streamlines", "streamlines"), ("Make arrows", "arrows")] {
+        let thin = made_in(0.001, button);
+        assert!(thin.window().scene().expect("open").shows_field(), "{name}");
+        assert_eq!(told(&thin), None, "{name}");
+        let mut dense = made_in(1.0, button);
+        assert!(!dense.window().scene().expect("open").shows_field(), "{name}");
+        let said = told(&dense).expect("it is told");
+        assert!(said.contains(name) && said.contains("Hide the scalar field"), "{said}");
+        // What it names shows the matter again, and the lines stay.
+        dense.harness.get_by_role_and_label(Role::CheckBox, "Hide the scalar field").click();
+        dense.settle();
+        assert!(dense.window().scene().expect("open").shows_field(), "{name}");
+        assert_eq!(layers(&dense).len(), 1);
     }
 }
 

@@ -199,10 +199,11 @@ impl Reader<'_> {
             ));
         }
         let mut blocks = Vec::new();
+        let mut faces = None;
         for number in 1..=count {
-            let name = format!("connect{number}");
-            // Blocks of nothing have none.
-            let Some(variable) = self.variable(&name) else { continue };
+            let named = |of: &str| self.variable(&format!("{of}{number}"));
+            // Polyhedra have faces; blocks of nothing have neither.
+            let Some(variable) = named("connect").or_else(|| named("facconn")) else { continue };
             let kind = variable.attribute("elem_type").and_then(|kind| kind.value.as_string());
             let kind = kind.unwrap_or_default();
             let kind = kind.trim_matches(['\0', ' ']).to_ascii_uppercase();
@@ -216,6 +217,12 @@ impl Reader<'_> {
             let before = listing.types.len();
             if kind.starts_with("NSIDED") {
                 self.add_polygons(listing, &numbers, number)?;
+            } else if kind.starts_with("NFACED") {
+                let known = match &mut faces {
+                    Some(known) => known,
+                    none => none.insert((self.faces(free_bytes)?, 0)),
+                };
+                self.add_polyhedra(listing, (&numbers, number), known, free_bytes)?;
             } else {
                 let per_element = match sizes[..] {
                     [_, per_element] => usize::try_from(per_element).unwrap_or(usize::MAX),
@@ -223,7 +230,7 @@ impl Reader<'_> {
                 };
                 let element = Element::of(&kind, per_element).ok_or_else(|| {
                     unsupported(
-                        "elements that are points, lines, triangles, squares, tetrahedra, pyramids, wedges or hexahedra",
+                        "elements that are points, lines, triangles, squares, polygons, tetrahedra, pyramids, wedges, hexahedra or polyhedra",
                         format!("{} of {per_element} nodes in block {number}", quoted(&kind)),
                         "convert these elements first",
                     )
@@ -241,6 +248,23 @@ impl Reader<'_> {
         Ok(blocks)
     }
 
+    /// Where each of some lists ends that lie one after another, by a variable of how long each is.
+    fn ends(&self, what: &str, name: &str) -> Result<Vec<i64>, Problem> {
+        let Some(sizes) = self.variable(name) else {
+            return Err(header(
+                format!("the sizes of {what} in the variable {name}"),
+                "none",
+                "write the file again",
+            ));
+        };
+        let mut end = 0_i64;
+        let to_end = |size: &i64| {
+            end = end.saturating_add(*size);
+            end
+        };
+        Ok(unstructured::whole_numbers(&self.numbers(sizes, &[])?).iter().map(to_end).collect())
+    }
+
     /// Polygons, each of as many nodes as a variable beside says.
     fn add_polygons(
         &self,
@@ -248,27 +272,56 @@ impl Reader<'_> {
         numbers: &[i64],
         block: u64,
     ) -> Result<(), Problem> {
-        let name = format!("ebepecnt{block}");
-        let sizes = match self.variable(&name) {
-            Some(sizes) => unstructured::whole_numbers(&self.numbers(sizes, &[])?),
-            None => {
-                return Err(header(
-                    format!("the sizes of polygons in the variable {name}"),
-                    "none",
-                    "write the file again",
-                ));
-            }
-        };
-        let mut end = 0_i64;
-        let ends: Vec<i64> = sizes
-            .iter()
-            .map(|size| {
-                end = end.saturating_add(*size);
-                end
-            })
-            .collect();
+        let ends = self.ends("polygons", &format!("ebepecnt{block}"))?;
         let starts = unstructured::starts(&ends, ends.len(), numbers.len())?;
         unstructured::add_parted(listing, numbers, &starts, (unstructured::Group::Polygons, &[]))
+    }
+
+    /// Polyhedra, each of as many faces as a variable beside says; with all faces, and what those of the polyhedra before take.
+    fn add_polyhedra(
+        &self,
+        listing: &mut Listing,
+        (numbers, block): (&[i64], u64),
+        (faces, taken): &mut (Vec<Vec<i64>>, u64),
+        free_bytes: u64,
+    ) -> Result<(), Problem> {
+        let ends = self.ends("polyhedra", &format!("ebepecnt{block}"))?;
+        let starts = unstructured::starts(&ends, ends.len(), numbers.len())?;
+        unstructured::require_faces(faces, numbers.iter(), (taken, free_bytes))?;
+        for pair in starts.windows(2) {
+            let of = (listing.types.len(), listing.points.len());
+            let mut own = unstructured::faces_among(faces, &numbers[pair[0]..pair[1]], of)?;
+            turn_outwards(&mut own, &listing.points);
+            unstructured::add_polyhedron(listing, own);
+        }
+        Ok(())
+    }
+
+    /// The faces of all polyhedra, one block after another: of as many nodes each as a variable beside says, or all of as many.
+    fn faces(&self, free_bytes: u64) -> Result<Vec<Vec<i64>>, Problem> {
+        let count = self.dimension("num_fa_blk").min(MOST_LISTED);
+        let mut faces = Vec::new();
+        for block in 1..=count {
+            let Some(variable) = self.variable(&format!("fbconn{block}")) else { continue };
+            let sizes = variable.shape();
+            let all = memory::checked_product(&sizes).unwrap_or(u64::MAX);
+            unstructured::require_memory(0, sizes.first().copied().unwrap_or(0), all, free_bytes)?;
+            let mut numbers = unstructured::whole_numbers(&self.numbers(variable, &[])?);
+            // The first is 1.
+            numbers.iter_mut().for_each(|number| *number = number.saturating_sub(1));
+            let starts = match sizes[..] {
+                [_, each] => {
+                    let each = usize::try_from(each).unwrap_or(usize::MAX).max(1);
+                    (0..=numbers.len() / each).map(|face| face * each).collect()
+                }
+                _ => {
+                    let ends = self.ends("faces", &format!("fbepecnt{block}"))?;
+                    unstructured::starts(&ends, ends.len(), numbers.len())?
+                }
+            };
+            faces.extend(starts.windows(2).map(|pair| numbers[pair[0]..pair[1]].to_vec()));
+        }
+        Ok(faces)
     }
 
     fn names(&self, variable: &str) -> Result<Vec<String>, Problem> {
@@ -414,6 +467,22 @@ impl Reader<'_> {
         match are_apart && times.len() as u64 == steps {
             true => times.iter().map(|time| format!("[time={time}]")).collect(),
             false => (0..steps.min(MOST_FIELDS as u64)).map(|at| format!("[step={at}]")).collect(),
+        }
+    }
+}
+
+/// Makes the faces of a polyhedron go round as seen from outside it: a face that two share goes round one way for both.
+fn turn_outwards(faces: &mut [Vec<u32>], points: &[DVec3]) {
+    let place = |point: &u32| points[*point as usize];
+    let mean = |of: &[u32]| of.iter().map(place).sum::<DVec3>() / of.len().max(1) as f64;
+    let middle = mean(&faces.concat());
+    for face in faces {
+        let centre = mean(face);
+        let next = face.iter().cycle().skip(1);
+        let sides = face.iter().zip(next);
+        let area: DVec3 = sides.map(|(a, b)| (place(a) - centre).cross(place(b) - centre)).sum();
+        if area.dot(centre - middle) < 0.0 {
+            face.reverse();
         }
     }
 }

@@ -12,6 +12,8 @@ use crate::volume::ScalarType;
 
 /// More blocks than this are none.
 const MOST_BLOCKS: usize = 4096;
+/// And more functions at a point.
+const MOST_FUNCTIONS: usize = 4096;
 /// No axis of a block has more points.
 const MOST_ALONG: i64 = 1 << 24;
 /// Bytes that hold all sizes.
@@ -35,7 +37,21 @@ pub(super) enum Numbers {
 pub(super) enum Role {
     Grid,
     Solution,
+    Functions,
 }
+
+impl Role {
+    /// Whole numbers that a file has of each block before all of them.
+    fn sizes(self) -> usize {
+        match self {
+            Self::Grid | Self::Solution => 3,
+            Self::Functions => 4,
+        }
+    }
+}
+
+/// Points along each axis of each block, and how many functions it has; those of files without any have 0.
+type Sizes = (Vec<[usize; 3]>, Vec<usize>);
 
 /// What is found of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,6 +61,8 @@ pub(super) struct Layout {
     pub(super) is_multi: bool,
     /// Points along each axis of each block.
     pub(super) blocks: Vec<[usize; 3]>,
+    /// How many functions each block has: none, but in a file of these.
+    pub(super) functions: Vec<usize>,
     /// Whether numbers have 64 bits.
     pub(super) is_wide: bool,
     /// Whether a whole number behind the places says of each point whether it is there.
@@ -69,7 +87,7 @@ impl Layout {
     /// Those of reading it.
     pub(super) fn misfit(path: &Path) -> Result<Option<Misfit>, Problem> {
         let (start, len) = start_of(path, HEADER_BYTES)?;
-        let candidates = Self::candidates(&start);
+        let candidates = Self::candidates(&start, Role::Grid);
         // Records' lengths are no chance; of the others the one that asks for least is likeliest.
         let best = candidates
             .into_iter()
@@ -100,7 +118,7 @@ impl Layout {
     /// Those of reading it.
     pub(super) fn of_grid(path: &Path) -> Result<Option<Self>, Problem> {
         let (start, len) = start_of(path, HEADER_BYTES)?;
-        for mut layout in Self::candidates(&start) {
+        for mut layout in Self::candidates(&start, Role::Grid) {
             if layout.numbers == Numbers::Text {
                 let points = layout.points();
                 let words = layout.header_numbers() + 3 * points;
@@ -123,17 +141,23 @@ impl Layout {
         Ok(None)
     }
 
-    /// That of the flow on a grid, and how many bytes follow it; `None` of anything else.
+    /// That of the flow on a grid, or of functions on it, and how many bytes follow it; `None` of anything else.
     ///
     /// # Errors
     /// Those of reading it.
-    pub(super) fn of_solution(path: &Path, grid: &Self) -> Result<Option<(Self, u64)>, Problem> {
+    pub(super) fn on_grid(
+        path: &Path,
+        role: Role,
+        grid: &Self,
+    ) -> Result<Option<(Self, u64)>, Problem> {
         let (start, len) = start_of(path, HEADER_BYTES)?;
         let mut padded = None;
-        for layout in Self::candidates(&start).into_iter().filter(|l| l.blocks == grid.blocks) {
+        let all = Self::candidates(&start, role);
+        for layout in all.into_iter().filter(|layout| layout.blocks == grid.blocks) {
             if layout.numbers == Numbers::Text {
-                let streams = layout.blocks.len() * STREAM;
-                let words = layout.header_numbers() + streams + layout.points() * UNKNOWNS;
+                let blocks = 0..layout.blocks.len();
+                let of_block = |i| layout.stream(role) + layout.record_numbers(role, i);
+                let words = layout.header_numbers() + blocks.map(of_block).sum::<usize>();
                 if count_words(path, words + 1)? == words {
                     return Ok(Some((layout, 0)));
                 }
@@ -141,7 +165,7 @@ impl Layout {
             }
             for is_wide in [grid.is_wide, !grid.is_wide] {
                 let tried = Self { is_wide, ..layout.clone() };
-                match len.checked_sub(tried.needed_bytes(Role::Solution)) {
+                match len.checked_sub(tried.needed_bytes(role)) {
                     Some(0) => return Ok(Some((tried, 0))),
                     Some(more @ ..=MOST_PADDING) if padded.is_none() => {
                         padded = Some((tried, more))
@@ -154,11 +178,11 @@ impl Layout {
     }
 
     /// All ways to read the sizes that a file may begin with.
-    fn candidates(start: &[u8]) -> Vec<Self> {
+    fn candidates(start: &[u8], role: Role) -> Vec<Self> {
         let mut found = Vec::new();
         for is_multi in [false, true] {
-            if let Some(blocks) = text_blocks(start, is_multi) {
-                found.push(Self::plain(Numbers::Text, is_multi, blocks));
+            if let Some(sizes) = text_blocks(start, is_multi, role) {
+                found.push(Self::plain(Numbers::Text, is_multi, sizes));
             }
         }
         // A file of text is none of bytes, and the other way round.
@@ -168,18 +192,17 @@ impl Layout {
         for has_markers in [false, true] {
             for endian in [Endian::Little, Endian::Big] {
                 for is_multi in [false, true] {
-                    if let Some(blocks) = binary_blocks(start, endian, has_markers, is_multi) {
-                        let numbers = Numbers::Binary { endian, has_markers };
-                        found.push(Self::plain(numbers, is_multi, blocks));
-                    }
+                    let numbers = Numbers::Binary { endian, has_markers };
+                    let sizes = binary_blocks(start, (endian, has_markers), is_multi, role);
+                    found.extend(sizes.map(|sizes| Self::plain(numbers, is_multi, sizes)));
                 }
             }
         }
         found
     }
 
-    fn plain(numbers: Numbers, is_multi: bool, blocks: Vec<[usize; 3]>) -> Self {
-        Self { numbers, is_multi, blocks, is_wide: false, has_blanks: false }
+    fn plain(numbers: Numbers, is_multi: bool, (blocks, functions): Sizes) -> Self {
+        Self { numbers, is_multi, blocks, functions, is_wide: false, has_blanks: false }
     }
 
     /// Points of all blocks.
@@ -200,7 +223,8 @@ impl Layout {
 
     /// Numbers before the first block.
     pub(super) fn header_numbers(&self) -> usize {
-        usize::from(self.is_multi) + 3 * self.blocks.len()
+        let each = if self.functions[0] > 0 { Role::Functions } else { Role::Grid }.sizes();
+        usize::from(self.is_multi) + each * self.blocks.len()
     }
 
     /// Bytes before the first block.
@@ -209,25 +233,38 @@ impl Layout {
         4 * self.header_numbers() as u64 + records * self.markers()
     }
 
-    /// Bytes of a block's record, without its markers.
-    pub(super) fn record_bytes(&self, role: Role, points: usize) -> u64 {
-        let width = self.scalar_type().size_bytes() as u64;
+    /// Numbers before a block's own.
+    fn stream(&self, role: Role) -> usize {
+        if role == Role::Solution { STREAM } else { 0 }
+    }
+
+    /// Numbers of a block's record, but for those that say which points are there.
+    fn record_numbers(&self, role: Role, block: usize) -> usize {
         let each = match role {
-            Role::Grid => 3 * width + if self.has_blanks { 4 } else { 0 },
-            Role::Solution => UNKNOWNS as u64 * width,
+            Role::Grid => 3,
+            Role::Solution => UNKNOWNS,
+            Role::Functions => self.functions[block],
         };
-        (points as u64).saturating_mul(each)
+        self.blocks[block].iter().product::<usize>().saturating_mul(each)
+    }
+
+    /// Bytes of a block's record, without its markers.
+    pub(super) fn record_bytes(&self, role: Role, block: usize) -> u64 {
+        let width = self.scalar_type().size_bytes() as u64;
+        let blanks = match self.has_blanks && role == Role::Grid {
+            true => 4 * self.blocks[block].iter().product::<usize>() as u64,
+            false => 0,
+        };
+        (self.record_numbers(role, block) as u64).saturating_mul(width).saturating_add(blanks)
     }
 
     fn needed_bytes(&self, role: Role) -> u64 {
-        let stream = match role {
-            Role::Grid => 0,
-            Role::Solution => (STREAM * self.scalar_type().size_bytes()) as u64 + self.markers(),
+        let stream = match self.stream(role) {
+            0 => 0,
+            count => (count * self.scalar_type().size_bytes()) as u64 + self.markers(),
         };
-        let block = |dims: &[usize; 3]| {
-            self.record_bytes(role, dims.iter().product()).saturating_add(self.markers() + stream)
-        };
-        self.blocks.iter().map(block).fold(self.header_bytes(), u64::saturating_add)
+        let block = |i| self.record_bytes(role, i).saturating_add(self.markers() + stream);
+        (0..self.blocks.len()).map(block).fold(self.header_bytes(), u64::saturating_add)
     }
 }
 
@@ -242,17 +279,29 @@ fn dims_of(numbers: &[i64]) -> Option<[usize; 3]> {
         .then(|| dims.map(|n| usize::try_from(n).unwrap_or(1)))
 }
 
-fn blocks_of(numbers: &[i64], is_multi: bool) -> Option<Vec<[usize; 3]>> {
+fn blocks_of(numbers: &[i64], is_multi: bool, role: Role) -> Option<Sizes> {
     let sizes = if is_multi {
         let count =
             usize::try_from(*numbers.first()?).ok().filter(|n| (1..=MOST_BLOCKS).contains(n))?;
-        numbers.get(1..1 + 3 * count)?
+        numbers.get(1..1 + role.sizes() * count)?
     } else {
-        numbers.get(..3)?
+        numbers.get(..role.sizes())?
     };
-    let blocks = sizes.chunks_exact(3).map(dims_of).collect::<Option<Vec<_>>>()?;
+    sizes_of(sizes, role)
+}
+
+/// Those of each block, one after another.
+fn sizes_of(sizes: &[i64], role: Role) -> Option<Sizes> {
+    let dims = |own: &[i64]| dims_of(&own[..3]);
+    let blocks = sizes.chunks_exact(role.sizes()).map(dims).collect::<Option<Vec<_>>>()?;
+    let functions = |own: &[i64]| match own.get(3) {
+        None => Some(0),
+        Some(count) => usize::try_from(*count).ok().filter(|n| (1..=MOST_FUNCTIONS).contains(n)),
+    };
+    let functions = sizes.chunks_exact(role.sizes()).map(functions).collect::<Option<Vec<_>>>()?;
     let points = blocks.iter().map(|dims| dims.iter().product::<usize>() as u64);
-    (points.fold(0, u64::saturating_add) < u64::from(u32::MAX)).then_some(blocks)
+    let is_possible = points.fold(0, u64::saturating_add) < u64::from(u32::MAX);
+    is_possible.then_some((blocks, functions))
 }
 
 fn is_text(start: &[u8]) -> bool {
@@ -263,22 +312,22 @@ fn separates(byte: &u8) -> bool {
     byte.is_ascii_whitespace() || *byte == b','
 }
 
-fn text_blocks(start: &[u8], is_multi: bool) -> Option<Vec<[usize; 3]>> {
+fn text_blocks(start: &[u8], is_multi: bool, role: Role) -> Option<Sizes> {
     if !is_text(start) {
         return None;
     }
     let words = start.split(separates).filter(|word| !word.is_empty());
     let number = |word: &[u8]| std::str::from_utf8(word).ok()?.parse::<i64>().ok();
-    let numbers: Vec<i64> = words.take(1 + 3 * MOST_BLOCKS).map_while(number).collect();
-    blocks_of(&numbers, is_multi)
+    let numbers: Vec<i64> = words.take(1 + role.sizes() * MOST_BLOCKS).map_while(number).collect();
+    blocks_of(&numbers, is_multi, role)
 }
 
 fn binary_blocks(
     start: &[u8],
-    endian: Endian,
-    has_markers: bool,
+    (endian, has_markers): (Endian, bool),
     is_multi: bool,
-) -> Option<Vec<[usize; 3]>> {
+    role: Role,
+) -> Option<Sizes> {
     let words: Vec<i64> = start
         .chunks_exact(4)
         .map(|bytes| {
@@ -290,7 +339,7 @@ fn binary_blocks(
         })
         .collect();
     if !has_markers {
-        return blocks_of(&words, is_multi);
+        return blocks_of(&words, is_multi, role);
     }
     // Each record between its lengths.
     let (sizes, count) = match is_multi {
@@ -301,12 +350,10 @@ fn binary_blocks(
         }
     };
     let count = Some(count).filter(|n| (1..=MOST_BLOCKS).contains(n))?;
-    let length = 12 * count as i64;
-    let is_whole = sizes.first() == Some(&length) && sizes.get(1 + 3 * count) == Some(&length);
-    let numbers = sizes.get(1..1 + 3 * count).filter(|_| is_whole)?;
-    let blocks = numbers.chunks_exact(3).map(dims_of).collect::<Option<Vec<_>>>()?;
-    let points = blocks.iter().map(|dims| dims.iter().product::<usize>() as u64);
-    (points.fold(0, u64::saturating_add) < u64::from(u32::MAX)).then_some(blocks)
+    let each = role.sizes();
+    let length = (4 * each * count) as i64;
+    let is_whole = sizes.first() == Some(&length) && sizes.get(1 + each * count) == Some(&length);
+    sizes_of(sizes.get(1..1 + each * count).filter(|_| is_whole)?, role)
 }
 
 /// How many words a text has, counted up to `most`.
@@ -342,29 +389,43 @@ mod tests {
             };
             list.iter().flat_map(bytes).collect()
         };
+        let grids = |blocks: &[[usize; 3]]| Some((blocks.to_vec(), vec![0; blocks.len()]));
+        let grid = Role::Grid;
         for endian in [Endian::Little, Endian::Big] {
             let single = words(&[3, 4, 5], endian);
-            assert_eq!(binary_blocks(&single, endian, false, false), Some(vec![[3, 4, 5]]));
+            assert_eq!(binary_blocks(&single, (endian, false), false, grid), grids(&[[3, 4, 5]]));
             let multi = words(&[4, 2, 4, 24, 3, 4, 5, 6, 7, 1, 24], endian);
-            let both = Some(vec![[3, 4, 5], [6, 7, 1]]);
-            assert_eq!(binary_blocks(&multi, endian, true, true), both);
-            assert_eq!(binary_blocks(&multi[..40], endian, true, true), None, "no marker behind");
-            assert_eq!(binary_blocks(&multi, endian, false, true), None);
+            let both = grids(&[[3, 4, 5], [6, 7, 1]]);
+            assert_eq!(binary_blocks(&multi, (endian, true), true, grid), both);
+            let cut = binary_blocks(&multi[..40], (endian, true), true, grid);
+            assert_eq!(cut, None, "no marker behind");
+            assert_eq!(binary_blocks(&multi, (endian, false), true, grid), None);
+            let with_functions = words(&[4, 2, 4, 32, 3, 4, 5, 2, 6, 7, 1, 9, 32], endian);
+            let found = binary_blocks(&with_functions, (endian, true), true, Role::Functions);
+            assert_eq!(found, Some((vec![[3, 4, 5], [6, 7, 1]], vec![2, 9])));
+            assert_eq!(binary_blocks(&with_functions, (endian, true), true, grid), None);
         }
-        assert_eq!(text_blocks(b"2\n3 4 5 6 7 2\n0.5", true), Some(vec![[3, 4, 5], [6, 7, 2]]));
-        assert_eq!(text_blocks(b"3 4 5 0.5", false), Some(vec![[3, 4, 5]]));
-        assert_eq!(text_blocks(b"3.5 4 5", false), None);
-        assert_eq!(text_blocks(b"1 1 5 6", false), None, "a line is no block");
-        assert_eq!(text_blocks(b"65536 65536 2 6", false), None, "more points than have numbers");
+        let text = |text: &str, is_multi: bool| text_blocks(text.as_bytes(), is_multi, grid);
+        assert_eq!(text("2\n3 4 5 6 7 2\n0.5", true), grids(&[[3, 4, 5], [6, 7, 2]]));
+        assert_eq!(text("3 4 5 0.5", false), grids(&[[3, 4, 5]]));
+        assert_eq!(text("3.5 4 5", false), None);
+        assert_eq!(text("1 1 5 6", false), None, "a line is no block");
+        assert_eq!(text("65536 65536 2 6", false), None, "more points than have numbers");
+        for none in ["3 4 5 0 1.5", "3 4 5 5000 1.5", "3 4 5 -1 2.5", "3 4 5"] {
+            assert_eq!(text_blocks(none.as_bytes(), false, Role::Functions), None, "{none}");
+        }
     }
 
     #[test]
     fn lengths_add_up() {
         let numbers = Numbers::Binary { endian: Endian::Big, has_markers: true };
-        let layout = Layout::plain(numbers, true, vec![[2, 3, 4]]);
+        let layout = Layout::plain(numbers, true, (vec![[2, 3, 4]], vec![0]));
         // Two records before, one of the block, each with 8 bytes of markers.
         assert_eq!(layout.needed_bytes(Role::Grid), (4 + 8) + (12 + 8) + (24 * 12 + 8));
         let flow = (4 + 8) + (12 + 8) + (4 * 4 + 8) + (24 * 20 + 8);
         assert_eq!(layout.needed_bytes(Role::Solution), flow);
+        let layout = Layout::plain(numbers, true, (vec![[2, 3, 4]], vec![7]));
+        let functions = (4 + 8) + (16 + 8) + (24 * 7 * 4 + 8);
+        assert_eq!(layout.needed_bytes(Role::Functions), functions);
     }
 }

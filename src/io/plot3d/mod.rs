@@ -1,5 +1,5 @@
-//! PLOT3D: curvilinear blocks of points, and the flow at them in a second file (`q`) beside. (*PLOT3D User's Manual*, NASA
-//! TM-101067.)
+//! PLOT3D: curvilinear blocks of points, and in other files beside the flow at them (`q`) and functions (`f`). (*PLOT3D User's
+//! Manual*, NASA TM-101067.)
 //!
 //! Nothing in such a file says what it is: it is one where every size adds up exactly.
 
@@ -12,6 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use self::layout::{Layout, Misfit, Numbers, Role};
+use self::names::Files;
 use super::bytes::{self, Endian, Progress};
 use super::error::{Problem, corrupt, header, quoted_bytes, truncated, unrecognised};
 use super::unstructured::{self, Part, field_of};
@@ -34,17 +35,17 @@ const IBLANK: &str = "IBlank";
 /// # Errors
 /// Those of reading it.
 pub(super) fn is_it(path: &Path, extension: &str, start: &[u8]) -> Result<bool, Problem> {
-    const GRIDS: [&str; 6] = ["xyz", "x", "p3d", "bin", "grd", "q"];
-    if !GRIDS.contains(&extension) {
+    let is_grid = names::GRIDS.contains(&extension);
+    if !is_grid && extension != "q" && !names::FUNCTIONS.contains(&extension) {
         return Ok(false);
     }
     if extension == "p3d" && names::looks_like_it(start) {
         return Ok(true);
     }
-    if extension != "q" && Layout::of_grid(path)?.is_some() {
+    if is_grid && Layout::of_grid(path)?.is_some() {
         return Ok(true);
     }
-    // A solution stands for the grid beside it.
+    // A solution, and functions, stand for the grid beside them.
     match names::grid_beside(path) {
         Some(grid) => Ok(Layout::of_grid(&grid)?.is_some()),
         None => Ok(false),
@@ -91,7 +92,7 @@ pub(super) fn refusal(
 
 pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Opened, Problem> {
     let mut warnings = Vec::new();
-    let (grid, solution) = names::pair(path, &mut warnings)?;
+    let Files { grid, solution, functions } = names::files(path, &mut warnings)?;
     let Some(layout) = Layout::of_grid(&grid)? else {
         return Err(header(
             "a PLOT3D grid whose sizes add up to the length of its file",
@@ -99,52 +100,52 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
             "copy the file again, or write it as a whole, in three dimensions",
         ));
     };
-    let flow = match &solution {
-        None => {
-            warnings.push("no solution (q) lies beside the grid: it has no flow".into());
-            None
-        }
-        Some(solution) => {
-            let found = Layout::of_solution(solution, &layout)?;
-            if found.is_none() {
-                warnings.push(format!(
-                    "{} is left out: it is no flow of five numbers at the points of this grid",
-                    solution.file_name().unwrap_or_default().to_string_lossy()
-                ));
-            }
-            found.map(|found| (solution.as_path(), found))
-        }
-    };
-    if let Some((path, (_, more @ 1..))) = &flow {
-        warnings.push(format!(
-            "{more} more bytes follow the flow in {}: they are ignored",
-            path.file_name().unwrap_or_default().to_string_lossy()
-        ));
+    if solution.is_none() && functions.is_none() {
+        warnings.push("no solution (q) lies beside the grid: it has no flow".into());
     }
+    let flow = fitting(solution.as_deref(), Role::Solution, &layout, &mut warnings)?;
+    let functions = fitting(functions.as_deref(), Role::Functions, &layout, &mut warnings)?;
     let points = layout.points();
     let width = if layout.is_wide { 8 } else { 4 };
     unstructured::require_memory(points as u64, points as u64, 8 * points as u64, free_bytes)?;
-    let needed = (points as u64).saturating_mul(width * 3 * UNKNOWNS as u64);
+    let most = functions.as_ref().and_then(|(_, own)| own.functions.iter().max());
+    let each = UNKNOWNS as u64 + most.map_or(0, |most| *most as u64);
+    let needed = (points as u64).saturating_mul(width * 3 * each);
     memory::require("the flow", needed, free_bytes)?;
 
-    let mut progress = Progress::new(ticket, points as u64 * width * 8);
+    let mut progress = Progress::new(ticket, points as u64 * width * (3 + each));
     let mut reader = Reader::open(&grid, &layout)?;
     let mut parts = Vec::with_capacity(layout.blocks.len());
-    for dims in &layout.blocks {
-        parts.push(block(&mut reader, *dims, &layout, &mut progress)?);
+    for number in 0..layout.blocks.len() {
+        parts.push(block(&mut reader, number, &layout, &mut progress)?);
     }
-    if let Some((path, (layout, _))) = &flow {
+    if let Some((path, layout)) = &functions {
         let mut reader = Reader::open(path, layout)?;
-        for (part, dims) in parts.iter_mut().zip(&layout.blocks) {
-            let own = of_flow(&mut reader, dims.iter().product(), layout, &mut progress)?;
+        let most = layout.functions.iter().copied().max().unwrap_or(0);
+        let names = names::names_of(path, most);
+        for (number, part) in parts.iter_mut().enumerate() {
+            let own = of_functions(&mut reader, (number, layout), &names, &mut progress)?;
             part.fields.splice(0..0, own);
         }
     }
+    if let Some((path, layout)) = &flow {
+        let mut reader = Reader::open(path, layout)?;
+        for (number, part) in parts.iter_mut().enumerate() {
+            let own = of_flow(&mut reader, (number, layout), &mut progress)?;
+            part.fields.splice(0..0, own);
+        }
+    }
+    for (number, part) in parts.iter_mut().enumerate() {
+        // What is said of one is true of all.
+        let (mut rest, first) = (Vec::new(), &mut warnings);
+        let said = if number == 0 { first } else { &mut rest };
+        unstructured::tell_apart(&mut part.fields, said);
+    }
     let blanked: usize = parts.iter_mut().map(blank).sum();
     if blanked > 0 {
-        let what = match flow {
-            Some(_) => "cells at them are left out",
-            None => "without a flow, cells at them are drawn like others",
+        let what = match flow.is_some() || functions.is_some() {
+            true => "cells at them are left out",
+            false => "without a flow, cells at them are drawn like others",
         };
         warnings.push(format!(
             "{} blanked (IBlank 0): {what}",
@@ -173,6 +174,35 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let whole = unstructured::joined(parts, &mut warnings)?;
     let grid = unstructured::grid(whole, &[], free_bytes, &mut warnings)?;
     Ok(Opened::of(grid, Format::Plot3d, warnings))
+}
+
+/// A file of numbers at the points of a grid, and how it is laid out; `None` where there is none, and where it is none, which is
+/// told.
+fn fitting<'a>(
+    path: Option<&'a Path>,
+    role: Role,
+    grid: &Layout,
+    warnings: &mut Vec<String>,
+) -> Result<Option<(&'a Path, Layout)>, Problem> {
+    let Some(path) = path else { return Ok(None) };
+    let (what, it) = match role {
+        Role::Functions => ("the functions", "it has no functions"),
+        _ => ("the flow", "it is no flow of five numbers"),
+    };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Ok(match Layout::on_grid(path, role, grid)? {
+        Some((layout, more)) => {
+            if more > 0 {
+                warnings
+                    .push(format!("{more} more bytes follow {what} in {name}: they are ignored"));
+            }
+            Some((path, layout))
+        }
+        None => {
+            warnings.push(format!("{name} is left out: {it} at the points of this grid"));
+            None
+        }
+    })
 }
 
 /// A field for a block without any: the cells' numbers.
@@ -283,12 +313,12 @@ fn blank(part: &mut Part) -> usize {
 /// The points of a block, and which of them are blanked.
 fn block(
     reader: &mut Reader,
-    dims: [usize; 3],
+    number: usize,
     layout: &Layout,
     progress: &mut Progress<'_>,
 ) -> Result<Part, Problem> {
-    let count = dims.iter().product::<usize>();
-    let record = layout.record_bytes(Role::Grid, count);
+    let count = layout.blocks[number].iter().product::<usize>();
+    let record = layout.record_bytes(Role::Grid, number);
     reader.marker(record)?;
     let planes = reader.samples(layout.scalar_type(), 3 * count, progress)?;
     let mut fields = Vec::new();
@@ -303,16 +333,16 @@ fn block(
 
 fn of_flow(
     reader: &mut Reader,
-    count: usize,
-    layout: &Layout,
+    (number, layout): (usize, &Layout),
     progress: &mut Progress<'_>,
 ) -> Result<[Field; 3], Problem> {
+    let count = layout.blocks[number].iter().product::<usize>();
     let width = layout.scalar_type().size_bytes() as u64;
     let stream = STREAM as u64 * width;
     reader.marker(stream)?;
     reader.samples(layout.scalar_type(), STREAM, progress)?;
     reader.marker(stream)?;
-    let record = layout.record_bytes(Role::Solution, count);
+    let record = layout.record_bytes(Role::Solution, number);
     reader.marker(record)?;
     let all = reader.samples(layout.scalar_type(), UNKNOWNS * count, progress)?;
     reader.marker(record)?;
@@ -323,6 +353,25 @@ fn of_flow(
         field_of("Momentum", on(3), unstructured::interleaved(&run(1, 4), 3)),
         field_of("StagnationEnergy", on(1), run(4, 5)),
     ])
+}
+
+fn of_functions(
+    reader: &mut Reader,
+    (number, layout): (usize, &Layout),
+    names: &[String],
+    progress: &mut Progress<'_>,
+) -> Result<Vec<Field>, Problem> {
+    let count = layout.blocks[number].iter().product::<usize>();
+    let record = layout.record_bytes(Role::Functions, number);
+    reader.marker(record)?;
+    let names = names.iter().take(layout.functions[number]);
+    let function = |name: &String| {
+        let own = reader.samples(layout.scalar_type(), count, progress)?;
+        Ok(field_of(name, (1, Association::Point), own))
+    };
+    let own = names.map(function).collect::<Result<Vec<Field>, Problem>>()?;
+    reader.marker(record)?;
+    Ok(own)
 }
 
 /// Reads as much as is there, up to so many bytes.

@@ -174,7 +174,7 @@ pub(super) fn coincident(points: &[DVec3]) -> Option<String> {
 }
 
 /// Gives arrays of one name on the same places names of their own.
-pub(super) fn tell_apart(fields: &mut [Field], warnings: &mut Vec<String>) {
+pub(in super::super) fn tell_apart(fields: &mut [Field], warnings: &mut Vec<String>) {
     for at in 1..fields.len() {
         let (before, rest) = fields.split_at_mut(at);
         let field = &mut rest[0];
@@ -219,61 +219,58 @@ pub(super) fn numbers(points: usize, cells: usize, warnings: &mut Vec<String>) -
     Field { name: name.into(), components: 1, association, samples: Arc::new(samples) }
 }
 
-/// The corners of a curved cell's edges, each with the point in its middle, by VTK's number; none of straight ones.
-fn curved_edges(kind: u8) -> &'static [[usize; 3]] {
+/// The edges of a curved cell, by the corners that each goes between, with the number of the first point on them, and how many
+/// each has; none of straight ones. By VTK's number, and how many points a cell has.
+fn curved_edges(kind: u8, points: usize) -> (&'static [[usize; 2]], usize, usize) {
+    const TETRAHEDRON: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+    const PYRAMID: [[usize; 2]; 8] =
+        [[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 4], [2, 4], [3, 4]];
+    const WEDGE: [[usize; 2]; 9] =
+        [[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]];
+    // As Lagrange's go along the axes.
+    const HEXAHEDRON: [[usize; 2]; 12] = [
+        [0, 1],
+        [1, 2],
+        [3, 2],
+        [0, 3],
+        [4, 5],
+        [5, 6],
+        [7, 6],
+        [4, 7],
+        [0, 4],
+        [1, 5],
+        [2, 6],
+        [3, 7],
+    ];
+    let order_of = |all: fn(usize) -> usize| (2..=10).find(|order| all(*order) == points);
+    let on_each = |all: fn(usize) -> usize| order_of(all).map_or(0, |order| order - 1);
     match kind {
-        // Quadratic tetrahedra, and Lagrange's of the second order, which number their points alike.
-        24 | 71 => &[[0, 4, 1], [1, 5, 2], [2, 6, 0], [0, 7, 3], [1, 8, 3], [2, 9, 3]],
-        25 | 29 => &[
-            [0, 8, 1],
-            [1, 9, 2],
-            [2, 10, 3],
-            [3, 11, 0],
-            [4, 12, 5],
-            [5, 13, 6],
-            [6, 14, 7],
-            [7, 15, 4],
-            [0, 16, 4],
-            [1, 17, 5],
-            [2, 18, 6],
-            [3, 19, 7],
-        ],
-        26 => &[
-            [0, 6, 1],
-            [1, 7, 2],
-            [2, 8, 0],
-            [3, 9, 4],
-            [4, 10, 5],
-            [5, 11, 3],
-            [0, 12, 3],
-            [1, 13, 4],
-            [2, 14, 5],
-        ],
-        27 => &[
-            [0, 5, 1],
-            [1, 6, 2],
-            [2, 7, 3],
-            [3, 8, 0],
-            [0, 9, 4],
-            [1, 10, 4],
-            [2, 11, 4],
-            [3, 12, 4],
-        ],
-        _ => &[],
+        24 => (&TETRAHEDRON, 4, 1),
+        25 | 29 => (&HEXAHEDRON, 8, 1),
+        26 | 32 => (&WEDGE, 6, 1),
+        27 => (&PYRAMID, 5, 1),
+        31 => (&WEDGE[..6], 6, 1),
+        71 => (&TETRAHEDRON, 4, on_each(|n| (n + 1) * (n + 2) * (n + 3) / 6)),
+        72 => (&HEXAHEDRON, 8, on_each(|n| (n + 1).pow(3))),
+        73 => (&WEDGE, 6, on_each(|n| (n + 1) * (n + 1) * (n + 2) / 2)),
+        _ => (&[], 0, 0),
     }
 }
 
-/// The edges of all curved cells, each with the point in its middle; those that cells share once.
+/// Of the edges of all curved cells, every three points that follow each other; those that cells share once.
 fn edges_of(listing: &Listing) -> Vec<[usize; 3]> {
     let mut all: Vec<[usize; 3]> = Vec::new();
     for (cell, kind) in listing.types.iter().enumerate() {
         let own = listing.corners.get(listing.starts[cell]..listing.starts[cell + 1]);
         let own = own.unwrap_or_default();
-        all.extend(curved_edges(*kind).iter().filter_map(|edge| {
-            let [a, m, b] = edge.map(|i| own.get(i).map(|point| *point as usize));
-            let (a, b) = (a?, b?);
-            Some([a.min(b), m?, a.max(b)])
-        }));
+        let (edges, first, each) = curved_edges(*kind, own.len());
+        for (number, [a, b]) in edges.iter().enumerate() {
+            let inner = (0..each).map(|i| first + number * each + i);
+            let line = std::iter::once(*a).chain(inner).chain([*b]).filter_map(|i| own.get(i));
+            let line: Vec<usize> = line.map(|point| *point as usize).collect();
+            let three = |own: &[usize]| [own[0].min(own[2]), own[1], own[0].max(own[2])];
+            all.extend(line.windows(3).map(three));
+        }
     }
     all.sort_unstable();
     all.dedup();
@@ -281,14 +278,11 @@ fn edges_of(listing: &Listing) -> Vec<[usize; 3]> {
 }
 
 /// How far the straight parts that curved cells are split into are off along their edges: there a quadratic function through
-/// a, m and b differs from straight lines between these by |a − 2m + b| / 8 at most. Of the field that is off by the greatest
-/// part of its range.
+/// a, m and b differs from straight lines between these by |a − 2m + b| / 8 at most, and one of a higher order by about
+/// that. Of the field that is off by the greatest part of its range.
 pub(super) fn straightened(listing: &Listing, fields: &[Field]) -> Option<String> {
     let edges = edges_of(listing);
-    let is_of_lagrange = |(cell, kind): (usize, &u8)| {
-        *kind == 72 && listing.starts[cell + 1].saturating_sub(listing.starts[cell]) > 8
-    };
-    if edges.is_empty() && !listing.types.iter().enumerate().any(is_of_lagrange) {
+    if edges.is_empty() {
         return None;
     }
     let share = |field: &Field| -> f64 {

@@ -331,21 +331,13 @@ impl Lists<'_, '_> {
         }
         let of_faces = self.lists("face_offsets", "face_connectivity", progress)?;
         let of_cells = self.lists("polyhedron_offsets", "polyhedron_to_faces", progress)?;
-        for cell in (0..cells).filter(|cell| is_polyhedron(listing, *cell)).collect::<Vec<_>>() {
-            let own = of_cells.get(cell).map(Vec::as_slice).unwrap_or_default();
-            let face = |number: &i64| {
-                let points_of =
-                    usize::try_from(*number).ok().and_then(|number| of_faces.get(number));
-                let points_of = points_of.ok_or_else(|| {
-                    header(
-                        format!("faces from 0 to {}", of_faces.len() as i64 - 1),
-                        format!("{number} of polyhedron {cell}"),
-                        "the file was altered: copy or write it again",
-                    )
-                })?;
-                unstructured::corners(points_of, points)
-            };
-            let faces = own.iter().map(face).collect::<Result<Vec<_>, _>>()?;
+        let polyhedra: Vec<usize> =
+            (0..cells).filter(|cell| is_polyhedron(listing, *cell)).collect();
+        let own = |cell: usize| of_cells.get(cell).map(Vec::as_slice).unwrap_or_default();
+        let all = polyhedra.iter().flat_map(|cell| own(*cell));
+        unstructured::require_faces(&of_faces, all, (&mut 0, self.free_bytes))?;
+        for cell in polyhedra {
+            let faces = unstructured::faces_among(&of_faces, own(cell), (cell, points))?;
             listing.faces.insert(first + cell, faces);
         }
         Ok(())
