@@ -157,7 +157,7 @@ impl Axes {
             };
         }
         gather!(UInt8, Int8, UInt16, Int16, UInt32, Int32, UInt64, Int64, Float32, Float64);
-        debug_assert_eq!(with_samples!(&gathered, values => values.len()), count);
+        assert_eq!(with_samples!(&gathered, values => values.len()), count);
         Ok(gathered)
     }
 }

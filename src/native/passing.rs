@@ -289,7 +289,7 @@ impl<'a, S: Simd> Passing<'a, S> {
             sum.weight = amount.mul_add(part, sum.weight);
         }
         let (begins, ends) = if back { (-deep, -near) } else { (near, deep) };
-        debug_assert!(begins >= self.next);
+        assert!(!cfg!(test) || begins >= self.next);
         self.end = self.end.max(ends + 1);
     }
 }

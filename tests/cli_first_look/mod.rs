@@ -99,7 +99,7 @@ fn projections_of_scans_are_grey_unless_colours_are_chosen() {
         lit.all(|pixel| pixel.0.iter().max() == pixel.0.iter().min())
     };
     assert!(is_grey(HEAD, &[]));
-    assert!(!is_grey(HEAD, &["--colormap", "inferno"]) && !is_grey(HEAD, &["--preset", "ct-soft"]));
+    assert!(!is_grey(HEAD, &["--colormap", "inferno"]) && !is_grey(HEAD, &["--preset", "ct-bone"]));
     assert!(!is_grey("demo:blobs:16", &[]), "a simulation keeps its colours");
 }
 
