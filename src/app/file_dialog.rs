@@ -38,7 +38,8 @@ impl FileDialog {
             "nrrd", "nhdr", "mha", "mhd", "vti", "vtr", "vts", "vtu", "vtp", "pvtu", "pvtp", "vtk",
             "nc", "ex2", "exo", "e", "g", "nii", "gz", "hdr", "img", "npy", "npz", "dcm", "tif",
             "tiff", "h5", "hdf5", "nc4", "mrc", "map", "ccp4", "rec", "st", "xyz", "x", "q", "p3d",
-            "grd", "bin", "txt", "csv", "tsv", "asc", "vrbf", "raw",
+            "grd", "f", "fun", "fn", "bin", "txt", "csv", "tsv", "asc", "stl", "ply", "obj",
+            "vrbf", "raw",
         ];
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open a volume")
