@@ -122,7 +122,11 @@ fn a_file_that_may_not_be_read_and_a_pipe_are_named() {
 
 #[test]
 fn content_that_no_reader_knows_is_named_where_it_is_well_known() {
-    says("a.txt", "hello", &["\"hello\"", "--raw-dims"]);
+    says("a.txt", "hello", &["a table of points", "\"hello\""]);
+    says("a.md", "hello", &["found a text file"]);
+    says("a.md", b"hello\x01", &["hello", "--raw-dims"]);
+    says("a.md", b"caf\xe9 au lait", &["--raw-dims"]);
+    says("a.md", b"caf\xc3", &["found a text file"]);
     says("a.nii.gz", b"\x1f\x8b\x08\0", &["packed with gzip", "cut short"]);
     says("a.nrrd", "hello", &["NRRD000", "\"hello\"", "extension"]);
     says("a.mhd", "hello", &["NDims", "\"hello\""]);
