@@ -258,12 +258,13 @@ impl Window {
         let choice = section_ui(ui, sections, "Data", |ui| {
             let choice = data::data_ui(ui, document);
             data::drawn_as_ui(ui, &document.volume, &mut scene.splat);
+            let showed = scene.shows_field();
             if document.surface.is_some() {
                 data::points_ui(ui, scene);
             }
-            choice
+            (choice, scene.shows_field() != showed)
         });
-        let choice = choice.flatten();
+        let (choice, is_larger) = choice.unwrap_or_default();
         let vector_request = document.has_vectors().then(|| {
             section_ui(ui, sections, "Vectors", |ui| {
                 let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
@@ -329,6 +330,10 @@ impl Window {
             let told = view::Told::of(document);
             view::view_ui(ui, (scene, told), settings, cells, &self.left_out);
         });
+        if is_larger && let Some(view) = self.unmoved_view() {
+            // What is seen now may reach farther.
+            self.fit(view);
+        }
         match vector_request.flatten().flatten() {
             Some(VectorRequest::Field(source)) => self.choose_vectors(ui.ctx(), false, source),
             Some(VectorRequest::Second(source)) => self.choose_vectors(ui.ctx(), true, source),

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::flags::SceneFlags;
 use super::values;
+use crate::core::plain_number;
 use crate::kernel::Kernel;
 use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Inside, Isosurface, Plane, Slice, SplatSettings,
@@ -97,8 +98,8 @@ impl Place {
     /// As a flag says it.
     fn words(self) -> String {
         match self {
-            Self::Number(number) => number.to_string(),
-            Self::Share(share) => format!("{}%", 100.0 * share),
+            Self::Number(number) => plain_number(number),
+            Self::Share(share) => format!("{}%", plain_number(100.0 * share)),
         }
     }
 }

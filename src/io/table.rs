@@ -346,7 +346,7 @@ fn points(
         let all = without_value.len();
         without_value.truncate(MOST_TOLD);
         warnings.push(format!(
-            "points are left out where they have no finite value (missing, NaN or infinite): {}",
+            "some points have no finite value (missing, NaN or infinite), and are left out of the field, not as bodies: {}",
             and_more(without_value, all)
         ));
     }

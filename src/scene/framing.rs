@@ -159,7 +159,7 @@ impl NamedView {
             Self::Top => (-up, ahead),
             Self::Bottom => (up, -ahead),
             Self::Isometric => {
-                let direction = (ahead - right - up).normalize();
+                let direction = (ahead - own_right - up).normalize();
                 (direction, Camera::new(DVec3::ZERO, direction, up, 1.0).up)
             }
         }
@@ -522,12 +522,14 @@ mod tests {
                     assert_eq!(of(view).0, -axis);
                 }
                 // What is seen keeps its place in the picture.
-                let (direction, shown_up) = NamedView::Isometric.direction_and_up(own);
-                let camera = Camera::new(DVec3::ONE, direction, shown_up, 2.0);
-                let turned = chosen.turned_from(own, &camera);
-                let (direction, shown_up) = of(NamedView::Isometric);
-                assert!((turned.direction - direction).length() < 1e-12);
-                assert!((turned.up - shown_up).length() < 1e-12);
+                let askew = |orientation: Orientation| {
+                    let along = |view: NamedView| view.direction_and_up(orientation).0;
+                    let direction = 3.0 * along(NamedView::Front) + along(NamedView::Top);
+                    Camera::new(DVec3::ONE, direction.normalize(), orientation.up.vector(), 2.0)
+                };
+                let (turned, expected) = (chosen.turned_from(own, &askew(own)), askew(chosen));
+                assert!((turned.direction - expected.direction).length() < 1e-12);
+                assert!((turned.up - expected.up).length() < 1e-12);
                 assert_eq!(chosen.with_up(Some(up.flipped().flipped())), chosen);
                 assert_eq!(up.flipped().vector(), -up.vector());
             }

@@ -282,6 +282,28 @@ fn a_window_that_is_too_narrow_for_the_side_panel_says_so() {
     assert!(bench.tells("too narrow for the side panel") && bench.window().settings().side_panel);
 }
 
+/// Key 9 showed the left side of patients, where key 3 shows their right.
+#[test]
+fn the_corner_is_that_of_the_front_the_right_and_the_top() {
+    for space in [None, Some("LPS"), Some("RAS")] {
+        let along = |view: NamedView| view.direction_and_up(Orientation::of(space)).0;
+        for side in [NamedView::Front, NamedView::Right, NamedView::Top] {
+            assert!(along(NamedView::Isometric).dot(along(side)) > 0.5, "{space:?}, {side:?}");
+        }
+    }
+}
+
+#[test]
+fn the_first_slice_is_across_what_is_looked_along() {
+    let mut bench = Bench::opened();
+    press(&mut bench, Modifiers::NONE, Key::Num3);
+    bench.harness.get_by_label("Add slice").click();
+    bench.settle();
+    let scene = bench.last_request().scene;
+    let normal = scene.inside.slices[0].plane.normal;
+    assert!(normal.dot(scene.camera.direction).abs() > 0.99, "{normal}");
+}
+
 #[test]
 fn about_names_the_papers_and_what_draws() {
     let mut bench = Bench::opened();

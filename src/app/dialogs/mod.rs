@@ -11,6 +11,9 @@ pub mod save;
 
 use eframe::egui::{Button, Context, Frame, Id, Key, Modal, Modifiers, RichText, Ui};
 
+/// What is left to the window beside a dialog with its margins, points.
+const BESIDE: f32 = 50.0;
+
 /// What came of a dialog in one pass.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome<T> {
@@ -43,7 +46,8 @@ fn shown_modal<T>(
 ) -> (Outcome<T>, bool) {
     let frame = Frame::popup(&ctx.global_style()).inner_margin(18).corner_radius(10);
     let modal = Modal::new(Id::unique(id)).frame(frame).show(ctx, |ui| {
-        ui.set_width(width);
+        // No wider than the window.
+        ui.set_width(width.min(ui.ctx().content_rect().width() - BESIDE).max(0.0));
         ui.label(RichText::new(title).heading().strong());
         ui.add_space(6.0);
         add(ui)

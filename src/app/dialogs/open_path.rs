@@ -1,5 +1,6 @@
 //! Opening by a typed path, which works where no file dialog does.
 
+use eframe::egui::text::{CCursor, CCursorRange};
 use eframe::egui::{Context, Event, Key, TextEdit};
 
 use super::{Outcome, buttons_ui, modal};
@@ -18,13 +19,15 @@ fn at_home(text: &str) -> String {
 #[derive(Debug)]
 pub struct OpenPath {
     text: String,
+    /// Whether it was typed here, rather than there before.
+    is_typed: bool,
     focused: bool,
 }
 
 impl OpenPath {
     /// Begins with what is there already.
     pub fn new(text: String) -> Self {
-        Self { text, focused: false }
+        Self { text, is_typed: false, focused: false }
     }
 
     /// Shows the dialog.
@@ -40,13 +43,22 @@ impl OpenPath {
                     };
                     input.events.iter().filter_map(text).collect::<String>()
                 });
-                self.text.push_str(&typed);
+                // It takes the place of what is there, as if that were selected.
+                if !typed.is_empty() {
+                    (self.text, self.is_typed) = (typed, true);
+                }
             }
             let edit = TextEdit::singleline(&mut self.text)
                 .desired_width(f32::INFINITY)
                 .hint_text("/path/to/volume.nrrd");
-            let response = ui.add(edit).labelled_by(name.id);
+            let shown = edit.show(ui);
+            let response = shown.response.response.labelled_by(name.id);
             if !self.focused {
+                let mut state = shown.state;
+                let end = CCursor::new(self.text.chars().count());
+                let begin = if self.is_typed { end } else { CCursor::new(0) };
+                state.cursor.set_char_range(Some(CCursorRange::two(begin, end)));
+                state.store(ui.ctx(), response.id);
                 response.request_focus();
                 self.focused = true;
             }

@@ -92,10 +92,16 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     };
     if listed_ui(ui, slices, MOST_SLICES, more, one) {
         let lattice = &volume.lattice;
-        // The axis that has the fewest of them.
+        // The axis that has the fewest of them, and of these the one that is looked along most.
         let on =
             |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
-        let axis = [2, 1, 0].into_iter().min_by_key(|axis| on(*axis)).unwrap_or_default();
+        #[expect(clippy::cast_possible_truncation, reason = "of 0 to 100")]
+        let beside_view = |axis: usize| {
+            let normal = Slice::across(lattice, axis, 0.5, 1.0).plane.normal.normalize_or_zero();
+            (100.0 * (1.0 - normal.dot(camera.direction).abs())).round() as i32
+        };
+        let axes = [2, 1, 0].into_iter();
+        let axis = axes.min_by_key(|axis| (on(*axis), beside_view(*axis))).unwrap_or_default();
         slices.push(Slice { only_shown: true, ..Slice::across(lattice, axis, 0.5, 1.0) });
     }
     if has_any && scene.inside.along == AlongRay::Composite {
@@ -334,6 +340,13 @@ pub fn rendering_ui(ui: &mut Ui, scene: &mut Scene, first: &ColourSource) {
         };
     }
     if scene.inside.along == AlongRay::Composite {
+        return;
+    }
+    if !scene.shows_field() {
+        note_ui(
+            ui,
+            "Nothing is projected: no volume is shown, but surfaces, points or vectors alone",
+        );
         return;
     }
     if Inside::is_shown_by(&scene.splat) {
