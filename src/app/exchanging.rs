@@ -62,7 +62,7 @@ impl Window {
         }
     }
 
-    /// Asks for the path of a file, beginning with the one of which nothing has come.
+    /// Asks for the path of a file, beginning with the one that could not be read or written.
     pub(super) fn ask_for_file(&mut self, purpose: Purpose, suggestion: &Path) {
         let unfinished = self.unfinished.get(&purpose).map(PathBuf::as_path);
         let dialog = NamedFileDialog::new(purpose, unfinished.unwrap_or(suggestion));

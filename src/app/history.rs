@@ -50,7 +50,7 @@ impl<T: Clone + PartialEq> History<T> {
         true
     }
 
-    /// What is, to be changed without a step.
+    /// The present state, to be changed without a step.
     pub fn present_mut(&mut self) -> Option<&mut T> {
         self.present.as_mut()
     }

@@ -32,7 +32,7 @@ use crate::volume::Statistics;
 /// waits.
 const SIDE_LEAST: f32 = 336.0;
 const BESIDE_LEAST: f32 = 200.0;
-/// Why it is not there.
+/// Why the side panel is not there.
 pub(super) const NO_SIDE_ROOM: &str = "The window is too narrow for the side panel: make it wider";
 /// Height that the accuracy panel leaves over itself at least, points.
 const ABOVE_LEAST: f32 = 60.0;

@@ -31,7 +31,7 @@ const BUTTON_WIDTH: f32 = 76.0;
 const HINT_SECONDS: f64 = 6.0;
 /// The same of news, which may be longer to read.
 const NOTE_SECONDS: f64 = 12.0;
-/// Bad news stay for so long, seconds, whatever goes well meanwhile.
+/// An error stays for so many seconds, whatever succeeds meanwhile.
 const LEAST_ERROR_SECONDS: f64 = 6.0;
 
 /// Bad news or news.
@@ -106,7 +106,7 @@ impl Notices {
         self.push(Kind::Hint, text.into());
     }
 
-    /// Takes bad news off the screen that have been read, because something that was asked for since went well.
+    /// Takes away errors that have been on screen for a while: something that was asked for since has succeeded.
     pub fn settle(&mut self) {
         let is_read = |notice: &Notice| {
             notice.kind == Kind::Error

@@ -152,7 +152,7 @@ pub struct Window {
     pub(super) unopened: Option<Source>,
     /// The file of another format that was refused last, whose samples may be described all the same.
     pub(super) undescribed: Option<PathBuf>,
-    /// Files that were named in a dialog, of which nothing has come: the dialog begins with them.
+    /// Files that were named in a dialog and could not be read or written: the dialog begins with them again.
     pub(super) unfinished: HashMap<Purpose, PathBuf>,
     pub(super) saving: Vec<Job<Saved>>,
     /// Milliseconds of a pixel of the last picture that was drawn in full.

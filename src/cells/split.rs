@@ -220,6 +220,20 @@ impl<'a> Split<'a> {
         self.blend(&[corners, edges].concat())
     }
 
+    /// The point that a cell has in the middle of a face, or what follows from those that it has there.
+    fn face_of(
+        &mut self,
+        c: &[u32],
+        (corners, edges): ([usize; 4], [usize; 4]),
+        own: usize,
+    ) -> u32 {
+        let at = |i: usize| c[i];
+        match c.get(own) {
+            Some(own) => *own,
+            None => self.middle_of_face(corners.map(at), edges.map(at)),
+        }
+    }
+
     /// A prism over a polygon of half of the corners: wedges about its axis.
     fn prism(&mut self, corners: &[u32]) -> bool {
         let (below, above) = corners.split_at(corners.len() / 2);
@@ -253,11 +267,7 @@ impl<'a> Split<'a> {
 
     /// Eight hexahedra; of 20 points the middles of faces and of the solid follow from the shape functions.
     fn quadratic_hexahedron(&mut self, c: &[u32]) -> bool {
-        let at = |i: usize| c[i];
-        let mut face = |corners: [usize; 4], edges: [usize; 4], own: usize| match c.get(own) {
-            Some(own) => *own,
-            None => self.middle_of_face(corners.map(at), edges.map(at)),
-        };
+        let mut face = |corners, edges, own| self.face_of(c, (corners, edges), own);
         // VTK's 27 points: 20 at x low, 21 at x high, 22 at y low, 23 at y high, 24 at z low, 25 at z high, 26.
         let x0 = face([0, 3, 7, 4], [11, 19, 15, 16], 20);
         let x1 = face([1, 2, 6, 5], [9, 18, 13, 17], 21);
@@ -285,11 +295,7 @@ impl<'a> Split<'a> {
 
     /// Eight wedges: two layers of four. Of 15 points the middles of squares follow from the shape functions.
     fn quadratic_wedge(&mut self, c: &[u32]) -> bool {
-        let at = |i: usize| c[i];
-        let mut face = |corners: [usize; 4], edges: [usize; 4], own: usize| match c.get(own) {
-            Some(own) => *own,
-            None => self.middle_of_face(corners.map(at), edges.map(at)),
-        };
+        let mut face = |corners, edges, own| self.face_of(c, (corners, edges), own);
         // Of the three squares: between the edges 6 and 9, 7 and 10, 8 and 11.
         let f0 = face([0, 1, 4, 3], [6, 13, 9, 12], 15);
         let f1 = face([1, 2, 5, 4], [7, 14, 10, 13], 16);

@@ -1,5 +1,7 @@
 //! Names that scripts, files and statistics use for what there are a few of.
 
+use std::fmt::{Display, LowerExp};
+
 /// Gives an enum its names, the list of all, and the way back: `names!(Type { Variant => "name" })`; a name may have
 /// another that is read, too (`"name" | "other"`), and with its length after the type the list is an array.
 macro_rules! names {
@@ -49,8 +51,9 @@ pub fn counted(count: usize, one: &str) -> String {
 }
 
 /// A number in full, or by its power of ten where that would be a row of zeros.
-pub fn plain_number(value: f64) -> String {
-    let is_plain = value == 0.0 || (1e-6..1e16).contains(&value.abs());
+pub fn plain_number<T: Into<f64> + Display + LowerExp + Copy>(value: T) -> String {
+    let wide: f64 = value.into();
+    let is_plain = wide == 0.0 || (1e-6..1e16).contains(&wide.abs());
     if is_plain { value.to_string() } else { format!("{value:e}") }
 }
 

@@ -243,8 +243,7 @@ fn bounds(shape: &Shape) -> Option<[f64; 6]> {
 fn single(value: f64) -> String {
     #[expect(clippy::cast_possible_truncation, reason = "it has no more digits")]
     let value = value as f32;
-    let is_plain = value == 0.0 || (1e-6..1e16).contains(&value.abs());
-    if is_plain { value.to_string() } else { format!("{value:e}") }
+    plain_number(value)
 }
 
 /// A number of a file's geometry without what arithmetic added to it: twelve digits. The JSON has all of them.

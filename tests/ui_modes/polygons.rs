@@ -202,12 +202,7 @@ fn streamlines_and_arrows_of_vectors_become_meshes() {
 #[test]
 fn streamlines_and_arrows_in_opaque_matter_hide_it_and_say_so() {
     let made_in = |opacity: f64, button: &str| {
-        let mut bench = Bench::empty();
-        bench.open("triples.nrrd");
-        bench.settle();
-        bench.choose("Vectors", "wind");
-        bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
-        bench.settle();
+        let mut bench = Bench::with_wind();
         let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 511.0] };
         let of = TransferFunction::of(vec![(0.0, opacity), (511.0, opacity)], colour);
         bench.harness.event(Event::Paste(Design::from(of).to_text()));

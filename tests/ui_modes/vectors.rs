@@ -81,21 +81,10 @@ fn vectors_are_taken_away_and_brought_back() {
     assert!(!layer(&bench).alone, "beside the field that is there");
 }
 
-/// A window in which the vectors of a file were chosen.
-fn with_wind() -> Bench {
-    let mut bench = Bench::empty();
-    bench.open("triples.nrrd");
-    bench.settle();
-    bench.choose("Vectors", "wind");
-    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
-    bench.settle();
-    bench
-}
-
 /// What the engine makes of these requests `tests/gpu/vectors_on_the_way.rs` holds.
 #[test]
 fn another_field_beside_vectors_takes_neither_them_nor_the_mode_over() {
-    let mut bench = with_wind();
+    let mut bench = Bench::with_wind();
     let wind = layer(&bench);
     bench.choose("Field", "wind (point, vectors)");
     bench.wait_until(|window| window.document().is_some_and(|document| document.field == 3));
@@ -165,7 +154,7 @@ fn what_is_chosen_is_drawn_and_undone() {
 
 #[test]
 fn a_second_field_has_a_look_of_its_own_and_is_undone() {
-    let mut bench = with_wind();
+    let mut bench = Bench::with_wind();
     let first = layer(&bench);
     bench.choose("Second field", "field");
     let has_second = |window: &voxsplat::app::Window| {

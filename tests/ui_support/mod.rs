@@ -674,6 +674,17 @@ impl Bench {
         bench
     }
 
+    /// A file of which the vectors were chosen.
+    pub(crate) fn with_wind() -> Self {
+        let mut bench = Self::empty();
+        bench.open("triples.nrrd");
+        bench.settle();
+        bench.choose("Vectors", "wind");
+        bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
+        bench.settle();
+        bench
+    }
+
     /// The same, painted at `pixels_per_point`.
     pub(crate) fn rendered(pixels_per_point: f32, by: Painter) -> Self {
         let mut bench = Self::new(Some("chosen.nrrd".into()), Some((pixels_per_point, by)));

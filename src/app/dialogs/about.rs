@@ -2,7 +2,7 @@
 
 use eframe::egui::{Context, Grid, Label, RichText, Ui};
 
-use super::{Outcome, shown_modal};
+use super::sheet;
 use crate::app::theme;
 
 /// Width of the sheet, points.
@@ -26,7 +26,7 @@ const SYSTEMS: [(&str, &str); 4] = [
 
 /// Shows it, with what draws; true once it was closed.
 pub fn about_ui(ctx: &Context, engine: Option<&str>) -> bool {
-    let (outcome, beside) = shown_modal(ctx, "about", "Voxsplat", WIDTH, |ui| {
+    sheet(ctx, "about", "Voxsplat", WIDTH, |ui| {
         ui.label("Draws volumes by splatting, and shows what accuracy costs in time.");
         ui.add_space(8.0);
         Grid::new("about").num_columns(2).spacing([24.0, 5.0]).show(ui, |ui| {
@@ -37,10 +37,7 @@ pub fn about_ui(ctx: &Context, engine: Option<&str>) -> bool {
                 fact_ui(ui, system, paper);
             }
         });
-        ui.add_space(10.0);
-        if ui.button("Close").clicked() { Outcome::Done(()) } else { Outcome::Open }
-    });
-    beside || outcome != Outcome::Open
+    })
 }
 
 fn fact_ui(ui: &mut Ui, name: &str, fact: &str) {

@@ -4,7 +4,7 @@ use eframe::egui::scroll_area::ScrollBarVisibility;
 use eframe::egui::style::ScrollStyle;
 use eframe::egui::{Context, Grid, Label, RichText, ScrollArea, Ui};
 
-use super::{Outcome, shown_modal};
+use super::{BESIDE, sheet};
 use crate::app::actions::{ACTIONS, Entry, GESTURES};
 use crate::app::theme;
 
@@ -17,16 +17,14 @@ const NARROW: f32 = 560.0;
 const GESTURE_WIDTH: f32 = 230.0;
 /// The same of a key, points.
 const KEY_WIDTH: f32 = 90.0;
-/// What is left to the window beside the sheet, points.
-const BESIDE: f32 = 60.0;
 
 /// Shows the sheet; true once it was closed.
 pub fn help_ui(ctx: &Context) -> bool {
     let window = ctx.content_rect().size();
     let keys: Vec<_> = ACTIONS.iter().filter(|entry| entry.shortcut.is_some()).collect();
     let is_wide = window.x >= WIDE + BESIDE;
-    let width = if is_wide { WIDE } else { NARROW.min(window.x - BESIDE).max(200.0) };
-    let (outcome, beside) = shown_modal(ctx, "help", "Keys and mouse", width, |ui| {
+    let width = if is_wide { WIDE } else { NARROW };
+    sheet(ctx, "help", "Keys and mouse", width, |ui| {
         // A small window scrolls, and shows that there is more.
         let room = (window.y - AROUND).max(120.0);
         ui.spacing_mut().scroll = ScrollStyle::solid();
@@ -48,11 +46,7 @@ pub fn help_ui(ctx: &Context) -> bool {
                 keys_ui(ui, "keys", &keys);
             }
         });
-        ui.add_space(6.0);
-        if ui.button("Close").clicked() { Outcome::Done(()) } else { Outcome::Open }
-    });
-    // Nothing is typed here that a click beside it could lose.
-    beside || outcome != Outcome::Open
+    })
 }
 
 /// Two columns, the first one so wide, of which the second one wraps.

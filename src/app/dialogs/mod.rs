@@ -11,8 +11,9 @@ pub mod save;
 
 use eframe::egui::{Button, Context, Frame, Id, Key, Modal, Modifiers, RichText, Ui};
 
-/// What is left to the window beside a dialog with its margins, points.
-const BESIDE: f32 = 50.0;
+/// What is left to the window beside a dialog, and the narrowest dialog, points.
+const BESIDE: f32 = 60.0;
+const NARROWEST: f32 = 200.0;
 
 /// What came of a dialog in one pass.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,7 +48,7 @@ fn shown_modal<T>(
     let frame = Frame::popup(&ctx.global_style()).inner_margin(18).corner_radius(10);
     let modal = Modal::new(Id::unique(id)).frame(frame).show(ctx, |ui| {
         // No wider than the window.
-        ui.set_width(width.min(ui.ctx().content_rect().width() - BESIDE).max(0.0));
+        ui.set_width(width.min(ui.ctx().content_rect().width() - BESIDE).max(NARROWEST));
         ui.label(RichText::new(title).heading().strong());
         ui.add_space(6.0);
         add(ui)
@@ -59,6 +60,17 @@ fn shown_modal<T>(
         Outcome::Open if closed => (Outcome::Cancelled, beside),
         outcome => (outcome, beside),
     }
+}
+
+/// A sheet to be read; true once it was closed, by its button, Escape or a click beside it: nothing is typed here that could be
+/// lost.
+fn sheet(ctx: &Context, id: &str, title: &str, width: f32, add: impl FnOnce(&mut Ui)) -> bool {
+    let (outcome, beside) = shown_modal(ctx, id, title, width, |ui| {
+        add(ui);
+        ui.add_space(6.0);
+        if ui.button("Close").clicked() { Outcome::Done(()) } else { Outcome::Open }
+    });
+    beside || outcome != Outcome::Open
 }
 
 /// Cancel and the button that does it, pressed too when `enter`; `refusal` says why it cannot be.

@@ -2,22 +2,18 @@
 
 use std::ops::Range;
 
-use eframe::egui::{ComboBox, DragValue, Label, RichText, ScrollArea, Ui};
+use eframe::egui::{ComboBox, DragValue, Label, Ui};
 
 use super::inside::{note_ui, opacity_ui, remove_ui};
 use super::maps::choose_ui;
-use super::row_ui;
+use super::{labels, row_ui};
 use crate::app::actions::{Action, entry_of};
-use crate::app::theme;
 use crate::app::words;
 use crate::core::Srgb8;
 use crate::polygons::MeshArray;
 use crate::scene::{
     ByArray, Effect, Ground, Layer, Look, POLYGON_COLOUR, PolygonLook, SampleSource, Sampled, Scene,
 };
-
-/// How high the list of a file's labels grows before it scrolls, points.
-pub(super) const MOST_LABELS_HEIGHT: f32 = 220.0;
 
 /// The section; the command for another file, where it is asked for.
 pub fn polygons_ui(ui: &mut Ui, scene: &mut Scene) -> Option<Action> {
@@ -115,29 +111,17 @@ fn labels_ui(ui: &mut Ui, layers: &mut [Layer]) -> bool {
     if opacity != before {
         layers.iter_mut().filter_map(|layer| layer.look.opacity_mut()).for_each(|a| *a = opacity);
     }
-    let list = ScrollArea::vertical().max_height(MOST_LABELS_HEIGHT).auto_shrink([false, true]);
-    list.show(ui, |ui| {
-        for layer in layers {
-            ui.horizontal(|ui| label_ui(ui, layer));
-        }
-    });
+    labels::list().show(ui, |ui| layers.iter_mut().for_each(|layer| label_ui(ui, layer)));
     removed
 }
 
 /// One label.
 fn label_ui(ui: &mut Ui, layer: &mut Layer) {
-    let name = &layer.source.field;
-    let shown = ui.checkbox(&mut layer.is_shown, "").accessible_name(format!("{name} shown"));
-    shown.on_hover_text("Draw it");
-    if let Look::Polygons(look) = &mut layer.look {
-        let Srgb8(colour) = look.colour.get_or_insert(POLYGON_COLOUR);
-        ui.color_edit_button_srgb(colour)
-            .accessible_name(format!("{name} colour"))
-            .on_hover_text("Its colour");
-    }
-    let text = RichText::new(name.as_str());
-    let text = if layer.is_shown { text } else { text.color(theme::TEXT_FAINT) };
-    ui.add(Label::new(text).truncate());
+    let colour = match &mut layer.look {
+        Look::Polygons(look) => Some(look.colour.get_or_insert(POLYGON_COLOUR)),
+        _ => None,
+    };
+    labels::row_ui(ui, &layer.source.field, &mut layer.is_shown, colour);
 }
 
 /// What a mesh may be coloured by.

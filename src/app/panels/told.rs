@@ -80,7 +80,7 @@ fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<St
         return None;
     }
     if let Some(rmse) = report.estimated_rmse {
-        // To the same as the full picture that follows, which is not told to be farther off.
+        // The error to the exact picture, as that of the full one is: the number does not fall once that has come.
         let left = report.remaining_thought.map_or(0.0, |thought| thought.rmse);
         return Some(words::about_decibels(psnr_from_rmse(rmse.hypot(left)), true));
     }

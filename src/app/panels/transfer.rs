@@ -91,8 +91,8 @@ impl TransferEditor {
     }
 }
 
-/// The section; `default` makes the function that a fresh file of these statistics would get, `names` are those of its labels. What it cannot do itself
-/// is returned.
+/// The section; `default` makes the function that a fresh file of these statistics would get, `names` are those of its labels.
+/// What it cannot do itself is returned.
 pub fn transfer_ui(
     ui: &mut Ui,
     editor: &mut TransferEditor,
