@@ -4,18 +4,9 @@
 // made the same way: see `composite_lists`. But the second vec4 holds, behind the tilt, the direction of
 // the flow on the unit circle, and the third what `lib/vectors.wgsl` takes apart again.
 
-@group(0) @binding(1) var<storage, read> lists: Lists;
 // `vector::Splat`s, each followed by its own steps of the grid where it has them.
 @group(0) @binding(2) var<storage, read> records: array<vec4<f32>>;
-@group(0) @binding(3) var<storage, read_write> counts: array<u32>;
-@group(0) @binding(4) var<storage, read_write> bounds: array<vec4<u32>>;
-@group(0) @binding(5) var<storage, read_write> projected: array<vec4<f32>>;
-// Word 2: the most entries of a splat.
-@group(0) @binding(6) var<storage, read_write> totals: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read> vectors: Vectors;
-
-// Words of `counts` before the first splat's.
-const COUNT_HEADER_WORDS: u32 = 8u;
 
 // View-space step, in pixels, of a step in units along the world's axes.
 fn in_view(step: vec3<f32>) -> vec3<f32> {
@@ -28,13 +19,8 @@ fn count_vectors(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let slot = id.y * groups.x * LIST_THREADS + id.x;
-    let total = lists.counts.x;
-    if slot >= total {
+    if slot >= lists.counts.x {
         return;
-    }
-    if slot == 0u {
-        // So that the last splat's entries have an end.
-        counts[COUNT_HEADER_WORDS + total] = 0u;
     }
     let at = vectors.flags.x * slot;
     let place = records[at];
@@ -112,7 +98,7 @@ fn count_vectors(
         narrow = vec4<f32>(k11, k21, k22, narrow.w);
     }
     let k = widened(narrow);
-    let reach = frame.radius * vec3<f32>(k.x, length(k.yz), length(kernel.row_z));
+    let drawn = footprint_of(kernel, narrow, k);
     var matter = place.w;
     if published {
         // Widened splats of less than a pixel are as much thinner.
@@ -122,55 +108,18 @@ fn count_vectors(
         let factor = window / (vectors.picture.z * vectors.second_origin.w);
         matter = optical_depth(place.w * select(1.0, factor, of_second), k.w);
     }
-    // How the splat's middle leans: the part of the depth row along the first two.
-    let wide = ellipse(kernel);
-    let along_x = kernel.row_x / wide.x;
-    let rest = kernel.row_y - along_x * wide.y;
-    let lean = vec2<f32>(
-        dot(kernel.row_z, along_x),
-        dot(kernel.row_z, rest) / max(length(rest), 1e-30),
-    );
     // On the circle of the ellipse that is not shortened: depth does not follow what is drawn.
-    let inverse_wide = vec3<f32>(1.0 / wide.x, -wide.y / (wide.x * wide.z), 1.0 / wide.z);
-    let inverse = vec3<f32>(1.0 / k.x, -k.y / (k.x * k.z), 1.0 / k.z);
-    let first = vec4<f32>(inverse / frame.radius, 1.0 / (narrow.w * frame.radius));
-    let tilt = vec2<f32>(
-        lean.x * inverse_wide.x + lean.y * inverse_wide.y,
-        lean.y * inverse_wide.z,
-    );
+    let wide = ellipse(kernel);
+    let tilt = tilt_of(kernel, wide, inverse_of(wide));
     let turned = vec2<f32>(
-        inverse.x * on_screen.x,
-        inverse.y * on_screen.x + inverse.z * on_screen.y,
+        drawn.inverse.x * on_screen.x,
+        drawn.inverse.y * on_screen.x + drawn.inverse.z * on_screen.y,
     );
     let length_turned = length(turned);
     let turn = select(vec2<f32>(1.0, 0.0), turned / length_turned, length_turned > 1e-20);
     let second = vec4<f32>(tilt, turn);
     let head = vec4<f32>(kernel.middle, kernel.depth, matter);
 
-    let size = 2.0 * frame.half_size;
-    let columns = pixels(kernel.middle.x + frame.half_size.x, reach.x, size.x);
-    let rows = pixels(frame.half_size.y - kernel.middle.y, reach.y, size.y);
-    let tile_columns = tiles(columns, lists.tiles.x, lists.tiles.z);
-    let tile_rows = tiles(rows, lists.tiles.y, lists.tiles.w);
-    // False where anything is not a number, too.
-    let shows = !kernel.hidden && matter > 0.0 && reach.x >= 0.0 && reach.y >= 0.0
-        && columns.y > columns.x && rows.y > rows.x;
-    var layers = vec2<u32>(0u);
-    var count = 0u;
-    for (var row = tile_rows.x; row < tile_rows.y && shows; row++) {
-        for (var column = tile_columns.x; column < tile_columns.y; column++) {
-            layers = touched(head, first, second, vec2<u32>(column, row));
-            // At most 2^32 - 1: more than ever fits.
-            count = select(count + layers.y, 0xffffffffu, count + layers.y < count);
-        }
-    }
-    counts[COUNT_HEADER_WORDS + slot] = count;
-    atomicMax(&totals[2], count);
-    bounds[slot] = vec4<u32>(
-        tile_columns.x | (tile_columns.y << 16u),
-        tile_rows.x | (tile_rows.y << 16u),
-        layers,
-    );
     // The size of the marks whose texels are about as large as pixels, where the splat is narrowest.
     let trace = wide.x * wide.x + dot(wide.yz, wide.yz);
     let product = wide.x * wide.z;
@@ -178,13 +127,11 @@ fn count_vectors(
     let radius = frame.radius * window * product / sqrt(larger);
     let level = clamp(floor(log2(0.5 * vectors.axis_z.w / max(radius, 1e-3)) + 0.5), 0.0, LAST_MARK_LEVEL);
     let word = (u32(flow.w * 4096.0) & 0xfffu) | (u32(across * 4095.0 + 0.5) << 12u) | (u32(level) << 24u);
-    projected[4u * slot] = head;
-    projected[4u * slot + 1u] = first;
-    projected[4u * slot + 2u] = second;
-    projected[4u * slot + 3u] = bitcast<vec4<f32>>(vec4<u32>(
+    let last = vec4<u32>(
         pack2x16unorm(body.xy),
         pack2x16unorm(vec2<f32>(body.z, marks.x)),
         pack2x16unorm(marks.yz),
         word,
-    ));
+    );
+    note_kernel(slot, kernel.hidden, drawn.reach, head, drawn.first, second, bitcast<vec4<f32>>(last));
 }

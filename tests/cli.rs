@@ -122,6 +122,12 @@ fn the_run_script_knows_every_subcommand() {
 }
 
 #[test]
+fn a_word_that_is_neither_a_file_nor_a_command_is_told_without_a_display() {
+    let output = voxsplat(&["frobnicate", "demo:head"]);
+    assert_eq!(fault(&output, 2, &["commands", "--help", "frobnicate"], None), None);
+}
+
+#[test]
 fn wrong_usage_exits_with_2() {
     let render = |more: &[&str]| {
         let all = [&["render", "demo:shells:8", "-o", "/nowhere/out.png"], more].concat();

@@ -114,6 +114,13 @@ fn open_window(
     let choice = flags.engine.choice()?;
     // The window tells what is wrong with a file; a wrong name is wrong usage here as anywhere.
     flags.files.iter().try_for_each(|file| open::check_name(file))?;
+    if let Some(word) = flags.files.first().filter(|file| is_bare_word(file) && !file.exists()) {
+        return Err(Failure::Usage(format!(
+            "expected a file or one of the commands that `voxsplat --help` lists, found neither; check the \
+             name: {}",
+            word.display()
+        )));
+    }
     let is_of_transfer = |file: &PathBuf| is_named_so(file);
     if let Some(last) = flags.files.last().filter(|_| flags.files.iter().all(is_of_transfer)) {
         return Err(Failure::Usage(format!(
@@ -123,6 +130,11 @@ fn open_window(
         )));
     }
     window(flags, choice).map_err(Failure::Failed)
+}
+
+/// Whether this may be meant as a command: letters alone.
+fn is_bare_word(file: &Path) -> bool {
+    file.to_str().is_some_and(|name| name.bytes().all(|byte| byte.is_ascii_lowercase()))
 }
 
 /// Where an outcome goes, found fit before the work begins.

@@ -21,6 +21,7 @@ piece!(
     CLASSIFY "classify",
     CUT "cut",
     EMPTY "empty",
+    ENTRIES "entries",
     FACES "faces",
     FIELD "field",
     FOOTPRINT "footprint",
@@ -123,8 +124,18 @@ shader!(SCAN_COUNTS, "scan_counts", BLOCKS);
 shader!(EMIT_KERNELS, "emit_kernels", TRAVERSAL);
 shader!(MERGE_BRICKS, "merge_bricks", TRAVERSAL, OPACITY);
 shader!(SPLAT, "splat", FRAME, PROJECT, FOOTPRINT, OPACITY);
-shader!(COUNT_ENTRIES, "count_entries", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS);
-shader!(COUNT_VECTORS, "count_vectors", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS, VECTOR_FRAME);
+shader!(COUNT_ENTRIES, "count_entries", FRAME, PROJECT, FOOTPRINT, OPACITY, LISTS, ENTRIES);
+shader!(
+    COUNT_VECTORS,
+    "count_vectors",
+    FRAME,
+    PROJECT,
+    FOOTPRINT,
+    OPACITY,
+    LISTS,
+    ENTRIES,
+    VECTOR_FRAME
+);
 shader!(WRITE_ENTRIES, "write_entries", LISTS);
 shader!(COUNT_DIGITS, "count_digits", SORT);
 shader!(SCATTER_DIGITS, "scatter_digits", SORT);

@@ -127,7 +127,7 @@ impl DeviceVectors {
             Growing::make(context, label, Usage::STORAGE | Usage::COPY_DST, size as u64)
         };
         let designs = designs_of(looks);
-        let tables: Vec<Marks> = designs.iter().map(|design| Marks::new(*design)).collect();
+        let tables: Vec<Arc<Marks>> = designs.iter().map(|design| Marks::new(*design)).collect();
         Ok(Self {
             splats: looks.iter().map(|look| Arc::clone(look.splats)).collect(),
             record_vec4s: vec4s,
@@ -187,7 +187,7 @@ pub(super) fn designs_of(looks: &[VectorLook<'_>]) -> Vec<Design> {
 
 /// Every phase of every column, each beside the next phase, and these beside those of the next column;
 /// further tables are below the first.
-fn marks_texture(context: &Context, tables: &[Marks]) -> wgpu::Texture {
+fn marks_texture(context: &Context, tables: &[Arc<Marks>]) -> wgpu::Texture {
     #[expect(clippy::cast_possible_truncation, reason = "a few hundred")]
     let [side, layers, levels, count] =
         [MARK_SIDE, MARK_COLUMNS * PHASES, tables[0].levels.len(), tables.len()].map(|n| n as u32);
@@ -227,7 +227,7 @@ fn marks_texture(context: &Context, tables: &[Marks]) -> wgpu::Texture {
 
 /// What each size of each table has lost of its contrast.
 #[expect(clippy::cast_possible_truncation, reason = "the device has 32 bits")]
-fn blur_of(tables: &[Marks]) -> [[f32; 16]; 10] {
+fn blur_of(tables: &[Arc<Marks>]) -> [[f32; 16]; 10] {
     let mut rows = [[0.0; 16]; 10];
     let (of_tables, _) = rows.as_chunks_mut::<5>();
     for (rows, marks) in of_tables.iter_mut().zip(tables) {

@@ -286,7 +286,7 @@ impl fmt::Display for Info {
             }
         }
         for (axis, ends) in names.into_iter().zip(self.bounds.iter().flat_map(|b| b.chunks(2))) {
-            let [low, high] = [ends[0], ends[1]].map(plain_number);
+            let [low, high] = [ends[0], ends[1]].map(|v| plain_number(without_rounding(v)));
             writeln!(f, "{axis:<11}{low} to {high}")?;
         }
         writeln!(f, "{:<11}{}", "space", self.space.as_deref().unwrap_or("not stated"))?;

@@ -34,7 +34,8 @@ impl MarkTable {
     /// [`Cancelled`].
     #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits, as the device's")]
     pub(super) fn new(design: Design, ticket: &Ticket) -> Result<Self, Cancelled> {
-        let levels = Marks::made(design, ticket)?.levels.into_iter().map(|level| {
+        let made = Marks::of(design, ticket)?;
+        let levels = made.levels.iter().map(|level| {
             ticket.look()?;
             let texels = level.texels().into_iter().map(u32::from_le_bytes).collect();
             Ok(Level { side: level.side, texels, blur: level.blur.map(|blur| blur as f32) })

@@ -22,6 +22,10 @@ const BEYOND: f64 = 0.005;
 const LEAST_HEAVY: f64 = 0.5;
 /// And along the other two, at most: a heap in a corner stands on no end. (The tree: 0.07.)
 const MOST_ASIDE: f64 = 0.25;
+/// What was turned on a wheel is as wide along both other axes and its centre lies on its own, to this part,
+const ROUND: f64 = 0.02;
+/// and stands on its heavier end from here on. (A vase: 0.14.)
+const LEAST_HEAVY_WHERE_ROUND: f64 = 0.1;
 /// A table is in this part of the slices, or more,
 const LEAST_LENGTH: f64 = 0.9;
 /// reaches across this part of the picture's width, or more,
@@ -54,6 +58,8 @@ struct Blocks {
     lattice: Lattice,
     /// How many there are along each axis.
     dims: [usize; 3],
+    /// Samples along a block's sides.
+    side: [usize; 3],
     /// Opacity in the middle of each, first axis first.
     opacity: Vec<f64>,
     /// Whether any of its samples is matter.
@@ -80,6 +86,7 @@ impl Blocks {
         Self {
             lattice,
             dims,
+            side,
             is_matter: ends.iter().map(is_matter).collect(),
             opacity: parallel::list(ends.len(), middle),
         }
@@ -92,16 +99,23 @@ impl Blocks {
 
     /// Where most of what shows lies at one end of an axis, that end is down.
     fn standing(&self) -> Option<Orientation> {
-        let heaviness = [0, 1, 2].map(|axis| {
+        let along = [0, 1, 2].map(|axis| {
             let mut along = vec![0.0; self.dims[axis]];
             for (block, opacity) in self.opacity.iter().enumerate() {
                 along[self.place(block)[axis]] += opacity;
             }
-            heaviness(&along)
+            along
         });
+        let heaviness = [0, 1, 2].map(|axis| heaviness(&along[axis]));
         let axis = (0..3).max_by(|&a, &b| heaviness[a].abs().total_cmp(&heaviness[b].abs()))?;
-        let is_aside = (0..3).any(|other| other != axis && heaviness[other].abs() > MOST_ASIDE);
-        if heaviness[axis].abs() < LEAST_HEAVY || is_aside {
+        let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
+        let aside = heaviness[a].abs().max(heaviness[b].abs());
+        let width = |axis: usize| {
+            spread(&along[axis]) * self.side[axis] as f64 * self.lattice.spacing[axis].abs()
+        };
+        let is_round = aside < ROUND && (width(a) / width(b) - 1.0).abs() < ROUND;
+        let least = if is_round { LEAST_HEAVY_WHERE_ROUND } else { LEAST_HEAVY };
+        if heaviness[axis].abs() < least || aside > MOST_ASIDE {
             return None;
         }
         let up = self.lattice.axes().col(axis) * -heaviness[axis].signum();
@@ -231,6 +245,16 @@ fn heaviness(along: &[f64]) -> f64 {
     (centre - 0.5 * (first + last)) / (0.5 * (last - first)).max(0.5)
 }
 
+/// Standard deviation of the places of what lies along an axis.
+fn spread(along: &[f64]) -> f64 {
+    let all: f64 = along.iter().sum();
+    let mean = |of: &dyn Fn(f64) -> f64| {
+        along.iter().enumerate().map(|(at, part)| of(at as f64) * part).sum::<f64>() / all
+    };
+    let centre = mean(&|at| at);
+    mean(&|at| (at - centre).powi(2)).sqrt()
+}
+
 /// The axis of the world that is nearest to a direction.
 fn nearest(direction: DVec3) -> UpAxis {
     let along = |axis: &UpAxis| axis.vector().dot(direction);
@@ -278,6 +302,24 @@ mod tests {
         } else {
             0
         }
+    }
+
+    #[test]
+    fn what_was_turned_on_a_wheel_stands_on_its_heavier_end() {
+        // Half as wide from the middle on, as wide as it is deep times `depth`.
+        let vessel = |depth: f64| {
+            move |[x, y, z]: [f64; 3]| {
+                let radius = if (4.0..34.0).contains(&y) { 16.0 } else { 12.0 };
+                let from_axis = (x - 31.5).hypot((z - 31.5) / depth);
+                if (4.0..60.0).contains(&y) && from_axis < radius { 200 } else { 0 }
+            }
+        };
+        assert_eq!(told(vessel(1.0)).up, UpAxis::PlusY);
+        let upside_down = |[x, y, z]: [f64; 3]| vessel(1.0)([x, 63.0 - y, z]);
+        assert_eq!(told(upside_down).up, UpAxis::MinusY);
+        assert_eq!(told(|[x, y, z]| vessel(1.0)([y, z, x])).up, UpAxis::PlusZ);
+        // As heavy at one end, but not round.
+        assert_eq!(told(vessel(1.3)), Orientation::default());
     }
 
     #[test]

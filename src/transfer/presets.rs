@@ -79,8 +79,8 @@ pub(super) fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction 
 /// CT has that of soft tissue, labels a colour each, maps of electron microscopes a face at five times their noise. Of
 /// all else the commonest value (air, water, zero) is hidden, what lies beyond the valley after it is shown, translucent
 /// where there is much of it and opaque where there is little, and coloured over the range it fills: in the colours of
-/// anatomy where values are whole numbers up to 255, in greys where these are larger, in viridis where they are fractions,
-/// or where what is hidden is the brightest. Outliers move neither, nor do marks that somebody burned into a scan: these are
+/// anatomy where values are whole numbers up to 255, in greys where these are larger, in viridis where they are fractions or as
+/// smooth as such, or where what is hidden is the brightest. Outliers move neither, nor do marks that somebody burned into a scan: these are
 /// hidden.
 pub fn default_for(statistics: &Statistics) -> TransferFunction {
     if statistics.min == statistics.max {
@@ -99,7 +99,7 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
         Kind::Map { noise } => return of_map(statistics, noise),
         Kind::EightBits => ColourMap::CtLike,
         Kind::WholeNumbers => ColourMap::Gray,
-        Kind::Fractions => ColourMap::Viridis,
+        Kind::Rounded | Kind::Fractions => ColourMap::Viridis,
     };
     by_percentiles(statistics, map, |share| {
         // Much visible matter must be thinner to be looked through.
@@ -138,8 +138,8 @@ pub fn of_picture(statistics: &Statistics) -> TransferFunction {
     }
     let map = match Kind::of(statistics) {
         Kind::Labels if statistics.min < statistics.max => return of_labels(statistics),
-        Kind::Ct { .. } | Kind::EightBits | Kind::WholeNumbers | Kind::Labels => ColourMap::Gray,
         Kind::Map { .. } | Kind::Fractions => ColourMap::Viridis,
+        _ => ColourMap::Gray,
     };
     let range = range(statistics, RangeRule::Percentiles);
     TransferFunction::of(vec![(statistics.min, 1.0)], ColourSource::Map { map, range })

@@ -6,6 +6,7 @@
 //! shows the same particles from their ends.
 
 use std::f64::consts::FRAC_PI_2;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
@@ -132,16 +133,28 @@ struct Particle {
 
 impl Marks {
     /// The table of a design. The same on every machine.
-    pub fn new(design: Design) -> Self {
+    pub fn new(design: Design) -> Arc<Self> {
         // Nobody cancels a fresh ticket.
-        Self::made(design, &Ticket::new()).unwrap_or_default()
+        Self::of(design, &Ticket::new()).unwrap_or_default()
     }
 
-    /// The same, which takes some tenths of a second, for as long as nobody cancels it.
+    /// The same, made when first asked for, for as long as nobody cancels it: that takes some tenths of a second.
     ///
     /// # Errors
     /// [`Cancelled`].
-    pub fn made(design: Design, ticket: &Ticket) -> Result<Self, Cancelled> {
+    pub fn of(design: Design, ticket: &Ticket) -> Result<Arc<Self>, Cancelled> {
+        static ALL: [OnceLock<Arc<Marks>>; Design::ALL.len()] =
+            [const { OnceLock::new() }; Design::ALL.len()];
+        let kept = &ALL[design as usize];
+        if let Some(made) = kept.get() {
+            return Ok(Arc::clone(made));
+        }
+        // Made beside the lock: a thread that waits for it may be the one that others share the work with.
+        let made = Arc::new(Self::made(design, ticket)?);
+        Ok(Arc::clone(kept.get_or_init(|| made)))
+    }
+
+    fn made(design: Design, ticket: &Ticket) -> Result<Self, Cancelled> {
         let look = design.look();
         let particles = particles(look.count);
         let side = MARK_SIDE;
@@ -194,10 +207,9 @@ impl Marks {
         let (early, late) =
             (turns.floor() as usize % PHASES, (turns.floor() as usize + 1) % PHASES);
         let between = turns - turns.floor();
+        let corners = Corners::about(level.side, [x, y], seen == Seen::Round);
         let at = |column: usize| {
-            let round = column == FORESHORTENINGS;
-            let a = bilinear(level, column, early, [x, y], round);
-            let b = bilinear(level, column, late, [x, y], round);
+            let [a, b] = [early, late].map(|phase| corners.intensity(level.picture(column, phase)));
             a * (1.0 - between) + b * between
         };
         match seen {
@@ -226,20 +238,37 @@ pub enum Seen {
     Round,
 }
 
-fn bilinear(level: &Level, column: usize, phase: usize, [x, y]: [f64; 2], round: bool) -> f64 {
-    let side = level.side as f64;
-    let place = |v: f64| (v * 0.5 + 0.5) * side - 0.5;
-    let (px, py) = (place(x), place(y));
-    let picture = level.picture(column, phase);
-    let texel = |i: f64, j: f64| {
-        let i = if round { i.rem_euclid(side) } else { i.clamp(0.0, side - 1.0) };
-        let j = j.clamp(0.0, side - 1.0);
-        f64::from(picture[j as usize * level.side + i as usize]) / 255.0
-    };
-    let (i, j) = (px.floor(), py.floor());
-    let (fx, fy) = (px - i, py - j);
-    let row = |j: f64| texel(i, j) * (1.0 - fx) + texel(i + 1.0, j) * fx;
-    row(j) * (1.0 - fy) + row(j + 1.0) * fy
+/// The four texels about a place of a level's pictures, and the share of each.
+struct Corners {
+    texels: [usize; 4],
+    shares: [f64; 4],
+}
+
+impl Corners {
+    /// Of (x, y) in −1..=1; `round`: of pictures that go round along x.
+    fn about(side: usize, [x, y]: [f64; 2], round: bool) -> Self {
+        let texels = side as f64;
+        let place = |v: f64| (v * 0.5 + 0.5) * texels - 0.5;
+        let (px, py) = (place(x), place(y));
+        let (i, j) = (px.floor(), py.floor());
+        let (fx, fy) = (px - i, py - j);
+        let column = |i: f64| {
+            (if round { i.rem_euclid(texels) } else { i.clamp(0.0, texels - 1.0) }) as usize
+        };
+        let row = |j: f64| j.clamp(0.0, texels - 1.0) as usize * side;
+        let ([left, right], [low, high]) = ([i, i + 1.0].map(column), [j, j + 1.0].map(row));
+        Self {
+            texels: [low + left, low + right, high + left, high + right],
+            shares: [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy],
+        }
+    }
+
+    /// The intensity there, 0..=1.
+    fn intensity(&self, picture: &[u8]) -> f64 {
+        let texels = self.texels.map(|texel| f64::from(picture[texel]));
+        let [a, b, c, d] = self.shares;
+        (texels[0] * a + texels[1] * b + texels[2] * c + texels[3] * d) / 255.0
+    }
 }
 
 /// Particles spread through the ball: by the golden ratio along x, and about it by the golden angle,
@@ -360,8 +389,9 @@ fn blur_of(
                 ticket.look()?;
             }
             let of = |level: &Level| -> [f64; 2] {
+                let corners = Corners::about(level.side, at, round);
                 let marks: [f64; PHASES] =
-                    std::array::from_fn(|phase| bilinear(level, column, phase, at, round));
+                    std::array::from_fn(|phase| corners.intensity(level.picture(column, phase)));
                 // From a phase to the next, a to b, squares are (a² + ab + b²)/3 in the mean.
                 let squares = (0..PHASES)
                     .map(|i| marks[i] * (2.0 * marks[i] + marks[(i + 1) % PHASES]) / 3.0);
@@ -406,7 +436,8 @@ mod tests {
             .collect();
         let matter: f64 = footprint.iter().sum();
         for design in Design::ALL {
-            let level = Marks::new(design).levels.remove(0);
+            let marks = Marks::new(design);
+            let level = &marks.levels[0];
             let shares = (0..FORESHORTENINGS).map(|column| {
                 let of_phase = |phase| -> f64 {
                     let marks = level.picture(column, phase).iter().zip(&footprint);

@@ -177,14 +177,14 @@ impl VectorSettings {
         let longest = field.places.dims().into_iter().max().unwrap_or(1);
         let coarser = (0..MOST_COARSER).find(|&level| longest >> level <= FLOWING_ACROSS);
         let lengths = &field.statistics;
-        let [half, most, top] = [0.5, 0.75, FULL].map(|share| lengths.quantile(share));
+        let [half, most, top] = [0.5, 0.75, 0.9].map(|share| lengths.quantile(share));
         let mut settings = Self::for_lengths(lengths);
         if most > half {
             settings.transfer.opacity = vec![(half, 0.0), (most, 1.0)];
         }
         if top > half {
-            // What shows begins in the middle of the map.
-            let range = [half - 1.2 * (top - half), top];
+            // What shows begins in the brighter half of the map.
+            let range = [half - 1.6 * (top - half), top];
             settings.transfer.colour = ColourSource::Map { map: ColourMap::Plasma, range };
         }
         Self {

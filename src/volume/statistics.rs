@@ -38,6 +38,9 @@ pub struct Statistics {
     /// subsample of 131 072: unlike the histogram, no outlier can spoil them. Empty where there is
     /// no finite value.
     pub quantiles: Vec<f64>,
+    /// The part (0..=1) of a field, where it changes, that is as smooth as rounding to 8 bits leaves what is smooth: second
+    /// differences of at most 1.5/255 of the range. From the same subsample, without the commonest value.
+    pub smooth_part: f64,
 }
 
 /// Sums over one chunk; merged pairwise, so the result does not depend on the thread count.
@@ -137,6 +140,7 @@ impl Statistics {
                 infinite_count: total.infinite,
                 histogram: vec![0; HISTOGRAM_BINS],
                 quantiles: Vec::new(),
+                smooth_part: 0.0,
             });
         }
         let bin = Binning::new(total.min, total.max);
@@ -160,6 +164,7 @@ impl Statistics {
             finite_count: total.finite,
             nan_count: total.nan,
             infinite_count: total.infinite,
+            smooth_part: smooth_part(values, &bin, &histogram),
             histogram,
             quantiles: quantiles(values),
         })
@@ -234,26 +239,55 @@ impl Binning {
 
 /// Sorted values at even ranks of an even subsample of the finite values.
 fn quantiles<T: Scalar>(values: &[T]) -> Vec<f64> {
-    let count = values.len().min(QUANTILE_SAMPLES);
-    let mut sample: Vec<f64> = (0..count)
-        .map(|i| {
-            // One sample a stratum, at a scrambled place in it, so that rows do not alias.
-            let (start, end) =
-                (stratum(i, count, values.len()), stratum(i + 1, count, values.len()));
-            let scrambled = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 33;
-            values[start + scrambled as usize % (end - start)].to_f64()
-        })
+    let mut sample: Vec<f64> = subsample(values.len())
+        .map(|place| values[place].to_f64())
         .filter(|v| v.is_finite())
         .collect();
     if sample.is_empty() {
         // Finite values so rare that the subsample missed them all.
-        sample.extend(values.iter().map(|v| v.to_f64()).filter(|v| v.is_finite()).take(count));
+        let finite = values.iter().map(|v| v.to_f64()).filter(|v| v.is_finite());
+        sample.extend(finite.take(QUANTILE_SAMPLES));
     }
     sample.sort_unstable_by(f64::total_cmp);
     let last = (sample.len() - 1) as f64;
     (0..QUANTILES)
         .map(|i| sample[(last * i as f64 / (QUANTILES - 1) as f64).round() as usize])
         .collect()
+}
+
+/// [`Statistics::smooth_part`] of samples with this histogram.
+fn smooth_part<T: Scalar>(values: &[T], bin: &Binning, histogram: &[u64]) -> f64 {
+    let commonest = (0..histogram.len()).max_by_key(|&bin| histogram[bin]);
+    let most = 3.0 * bin.half_range / 255.0;
+    let (mut smooth, mut all) = (0_u32, 0_u32);
+    for place in subsample(values.len()) {
+        let Some([before, at, after]) = place
+            .checked_sub(1)
+            .and_then(|first| values.get(first..first + 3))
+            .map(|near| [0, 1, 2].map(|i| near[i].to_f64()))
+        else {
+            continue;
+        };
+        let [first, next] = [at - before, after - at];
+        let changes = first != 0.0 || next != 0.0;
+        let second = next - first;
+        if second.is_finite() && changes && Some(bin.of(at)) != commonest {
+            all += 1;
+            smooth += u32::from(second.abs() <= most);
+        }
+    }
+    f64::from(smooth) / f64::from(all.max(1))
+}
+
+/// Places of an even subsample of [`QUANTILE_SAMPLES`] of `len` samples, or of all.
+fn subsample(len: usize) -> impl Iterator<Item = usize> {
+    let count = len.min(QUANTILE_SAMPLES);
+    (0..count).map(move |i| {
+        // One sample a stratum, at a scrambled place in it, so that rows do not alias.
+        let (start, end) = (stratum(i, count, len), stratum(i + 1, count, len));
+        let scrambled = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 33;
+        start + scrambled as usize % (end - start)
+    })
 }
 
 /// Where stratum `i` of `count` begins among `len` samples.
@@ -371,6 +405,22 @@ mod tests {
         }
         assert_eq!(s.quantiles.len(), QUANTILES);
         assert!(s.quantiles.is_sorted());
+    }
+
+    #[test]
+    fn a_smooth_field_is_one_in_8_bits_too_and_noise_is_none() {
+        let part = |value: &dyn Fn(f64) -> f64| {
+            of(Samples::UInt8((0..60_000).map(|i| value(f64::from(i)).round() as u8).collect()))
+                .smooth_part
+        };
+        let wave = |x: f64| 127.0 * (1.0 + (x / 30.0).sin());
+        assert!(part(&wave) > 0.8, "{}", part(&wave));
+        let noisy = |x: f64| (wave(x) + 12.0 * (x * x).sin()).clamp(0.0, 255.0);
+        assert!(part(&noisy) < 0.2, "{}", part(&noisy));
+        // Of steps, what is flat tells nothing.
+        let steps = |x: f64| (x / 10.0).floor() * 37.0 % 200.0;
+        assert!(part(&steps) < 0.1, "{}", part(&steps));
+        assert_eq!(part(&|_| 7.0), 0.0);
     }
 
     #[test]
