@@ -13,9 +13,11 @@ use fearless_simd::{Simd, prelude::*};
 use super::landed::{Entry, Landed};
 use super::lanes::{Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
+use super::lit_cells::Growths;
 use super::own::{Found, widen_border};
 use super::rays::{Packet, Rays, TILE};
-use super::solids::{Bent, Growths, Outer, Solid, Solids, Straight, cross};
+use super::shapes::{Bent, Straight, cross};
+use super::solids::{Outer, Solid, Solids};
 use super::sums::Asked;
 use super::window::{Ends, FACES, Here, Window};
 

@@ -8,8 +8,10 @@ mod cells;
 mod converge;
 mod next;
 mod remaining;
+mod report;
 mod rungs;
 mod second;
+mod watch;
 mod worker;
 
 pub use cells::{CellsRequest, FoundCells, MOST_CELLS};

@@ -82,9 +82,10 @@ impl Kind {
             return Self::Labels;
         }
         match statistics.max - statistics.min <= 255.0 {
+            true if has_noisy_air(statistics) => Self::WholeNumbers,
             true if statistics.smooth_part >= LEAST_SMOOTH => Self::Rounded,
-            true if !has_noisy_air(statistics) => Self::EightBits,
-            _ => Self::WholeNumbers,
+            true => Self::EightBits,
+            false => Self::WholeNumbers,
         }
     }
 }

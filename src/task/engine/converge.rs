@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::remaining::LastOfView;
-use super::rungs::Manner;
+use super::watch::Manner;
 use super::worker::Worker;
 use super::{FrameRequest, Refined};
 use crate::scene::{MOST_SLABS_PER_VOXEL, Scene, SplatSettings, Visibility};

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::rungs::{Manner, Watch, no_device};
+use super::rungs::no_device;
+use super::watch::{Manner, Watch};
 use super::worker::Worker;
 use super::{FrameRequest, Picture};
 use crate::task::draw::{DrawError, Rung};

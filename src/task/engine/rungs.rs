@@ -1,29 +1,25 @@
 //! One frame: the way up from the coarse picture to the finished one, rung by rung.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use super::converge::Doublings;
 use super::next::LastDrawn;
+use super::report::picture;
+use super::watch::{Manner, Watch};
 use super::worker::Worker;
-use super::{Effort, EngineState, FrameReport, FrameRequest, KernelCounts, Ladder, Picture};
+use super::{Effort, EngineState, FrameRequest, Ladder, Picture};
 use crate::core::Ticket;
 use crate::gpu::GpuError;
 use crate::kernel::Kernel;
 use crate::plan::{Plan, Way};
-use crate::scene::{Backend, Effect, Inside, Scene, Shading, SplatSettings};
-use crate::task::cells::CutSource;
-use crate::task::draw::{DrawError, Drawer, Drawn, Observer, PIECE_MS, Rung, background_light};
+use crate::scene::{Backend, Scene, SplatSettings};
+use crate::task::draw::{DrawError, Drawer, Drawn, Rung, background_light};
 use crate::task::engines::{Canvas, EngineKind};
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::level::LevelOfDetail;
 use crate::task::previews::Reduction;
 use crate::task::remaining::Told;
 
-/// How often progress within a rung is announced.
-const PROGRESS_EVERY: Duration = Duration::from_millis(250);
-/// How often a partial picture is published: presenting it takes longer than a piece.
-const PARTIAL_EVERY: Duration = Duration::from_millis(300);
 /// A middle rung may take this share of what `full` takes.
 const MIDDLE_SHARE: f64 = 0.1;
 /// The first of two middle rungs may take this share.
@@ -34,9 +30,6 @@ const MIDDLE_WORTH_MS: f64 = 700.0;
 const SEVERAL_WORTH_MS: f64 = 3000.0;
 /// Share of the whole way that `full` is, where slabs are doubled after it.
 const FULL_SHARE: f64 = 0.5;
-/// Pieces of a picture that nothing interrupts, milliseconds: each costs a wait, and adapters end
-/// what takes seconds.
-const WHOLE_PIECE_MS: f64 = 100.0;
 /// What can be drawn five times a second (Laur–Hanrahan, figure 6): a budget beyond it is a pause of
 /// the hand, before which and after every movement there is a picture of this budget.
 const QUICK_MS: f64 = 200.0;
@@ -268,7 +261,7 @@ impl Worker {
     }
 
     /// The coarse picture of a request's view that is thought to be nearest.
-    fn nearest_of(&self, request: &FrameRequest) -> Option<&Picture> {
+    pub(super) fn nearest_of(&self, request: &FrameRequest) -> Option<&Picture> {
         let of_view = self.coarse.iter().filter(|c| {
             c.request.size == request.size && c.request.scene.makes_same_picture(&request.scene)
         });
@@ -575,49 +568,6 @@ pub(super) fn no_device() -> DrawError {
     GpuError::Device("no device".to_owned()).into()
 }
 
-/// What of a scene's shading, and of what lets its inside be seen, was drawn.
-fn effects(scene: &Scene, drawn: &Drawn) -> Vec<Effect> {
-    let mut effects = match drawn.is_shaded {
-        true if Inside::is_shown_by(&scene.splat) => scene.effects(),
-        true => {
-            let shown = [Effect::Vectors, Effect::SecondVectors, Effect::Polygons];
-            let others = scene.effects().into_iter().filter(|effect| shown.contains(effect));
-            scene.shading.effects().into_iter().chain(others).collect()
-        }
-        false if !scene.shows_field() => scene.effects(),
-        false => Vec::new(),
-    };
-    // Single values pass no level.
-    if scene.splat.classify.takes_one_value() {
-        effects.retain(|effect| *effect != Effect::Isosurfaces);
-    }
-    effects
-}
-
-/// What was drawn, with what is known of it.
-pub(super) fn picture(
-    (scene, size): (&Scene, [u32; 2]),
-    (level, progress): (LevelOfDetail, f32),
-    drawn: &Drawn,
-    rgba: Vec<u8>,
-    kernels_active: Option<u64>,
-) -> Picture {
-    let total = scene.voxel_count();
-    let report = FrameReport {
-        effects: effects(scene, drawn),
-        made_pipelines: drawn.made_pipelines,
-        awaits_cut: drawn.awaits_cut && !drawn.is_whole(size),
-        kernels: kernels_active.map(|active| KernelCounts { drawn: drawn.kernels, active }),
-        vector_splats: (!scene.shows_field()).then_some(drawn.kernels),
-        own_kernels: scene.own_kernels().filter(|_| scene.shows_field()),
-        left_out_of_quick: scene.left_out_of_quick().filter(|_| scene.shows_field()),
-        left_out_functions: scene.left_out_functions().filter(|_| scene.shows_field()),
-        progress,
-        ..FrameReport::last(level, total, Backend::Raster, drawn.wall_ms)
-    };
-    Picture { size: drawn.size, requested_size: size, rgba, report }
-}
-
 /// Milliseconds of the cuts of a field before a `full` of so many, the quickest first.
 fn cut_budgets(full_ms: f64) -> Vec<f64> {
     if full_ms <= CUTS_WORTH_MS {
@@ -665,111 +615,6 @@ pub(super) struct Unchecked {
     coarseness: Coarseness,
     /// Drawn within a budget, rather than on the way up.
     is_preview: bool,
-}
-
-/// How a rung is drawn.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Manner {
-    /// To its end, which its budget bounds, unless nobody wants it any more: a hand that moves on still sees it.
-    Whole,
-    /// Until something newer comes.
-    InPieces {
-        /// Publish the picture while it is drawn.
-        show_partial: bool,
-        /// Share of the whole way that is behind it, and that will be when it is done.
-        before: f64,
-        /// See `before`.
-        after: f64,
-    },
-}
-
-/// Announces a rung's progress, and stops it when something newer came.
-pub(super) struct Watch<'a> {
-    worker: &'a Worker,
-    request: &'a FrameRequest,
-    manner: Manner,
-    start: Instant,
-    last_progress: Instant,
-    last_partial: Instant,
-    active: Option<u64>,
-    /// What cells that are asked for meanwhile are found in.
-    cuts: Option<CutSource>,
-}
-
-impl<'a> Watch<'a> {
-    pub(super) fn new(
-        worker: &'a Worker,
-        request: &'a FrameRequest,
-        manner: Manner,
-        drawer: &Drawer,
-    ) -> Self {
-        let start = Instant::now();
-        Self {
-            worker,
-            request,
-            manner,
-            start,
-            last_progress: start,
-            last_partial: start,
-            active: drawer.active_count(),
-            cuts: drawer.cut_source(),
-        }
-    }
-}
-
-impl Observer for Watch<'_> {
-    fn piece_ms(&self) -> f64 {
-        match self.manner {
-            Manner::Whole => WHOLE_PIECE_MS,
-            Manner::InPieces { .. } => PIECE_MS,
-        }
-    }
-
-    fn is_overtaken(&mut self) -> bool {
-        match self.manner {
-            Manner::Whole => self.worker.is_unwanted(),
-            Manner::InPieces { .. } => self.worker.newer_came(),
-        }
-    }
-
-    fn piece_done(&mut self, drawn_so_far: &mut dyn Canvas, done: f64) -> bool {
-        if self.is_overtaken() {
-            return true;
-        }
-        let Manner::InPieces { show_partial, before, after } = self.manner else { return false };
-        self.worker.find_cells(self.cuts.as_ref());
-        let share = before + (after - before) * done;
-        if self.last_progress.elapsed() >= PROGRESS_EVERY {
-            self.last_progress = Instant::now();
-            #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
-            self.worker.announce(EngineState::Drawing(share as f32));
-        }
-        if show_partial && done > 0.0 && done < 1.0 && self.last_partial.elapsed() >= PARTIAL_EVERY
-        {
-            let background = background_light(self.request.scene.background);
-            // A failing device is reported by the rung itself.
-            if let Ok(rgba) = drawn_so_far.present(background) {
-                let kernels = (self.active.unwrap_or(0) as f64 * done) as u64;
-                let drawn = Drawn {
-                    size: self.request.size,
-                    kernels,
-                    is_shaded: Shading::is_shown_by(&self.request.scene.splat),
-                    wall_ms: self.start.elapsed().as_secs_f64() * 1e3,
-                    ..Drawn::default()
-                };
-                #[expect(clippy::cast_possible_truncation, reason = "0..1")]
-                let progress = share.min(0.99) as f32;
-                let level = (LevelOfDetail::FullInPart, progress);
-                let seen = (&self.request.scene, self.request.size);
-                let mut picture = picture(seen, level, &drawn, rgba, self.active);
-                let coarse = self.worker.nearest_of(self.request);
-                picture.report.estimated_rmse = Some(estimate::part_rmse(&picture, done, coarse));
-                self.worker.publish(Arc::new(picture));
-            }
-            self.last_partial = Instant::now();
-        }
-        false
-    }
 }
 
 #[cfg(test)]

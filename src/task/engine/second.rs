@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::rungs::picture;
+use super::report::picture;
 use super::worker::{REBUILDS, Worker};
 use super::{Engine, EngineState, Picture};
 use crate::core::Ticket;
