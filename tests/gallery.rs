@@ -263,8 +263,14 @@ fn files_of_the_pack_are_lit_and_drawn_by_their_kind() {
         ("scalar/aneurism.vti", true, SplatSettings::EXACT),
         ("scalar/headmr/HeadMRVolume.mhd", true, slabs(4.0)),
         // Slices of 6.5 mm over pixels of 0.78.
-        ("scalar/brain_mr/brain1_image.nrrd", true, SplatSettings::BETWEEN_SLICES),
+        ("scalar/brain_mr/brain1_image.nrrd", true, SplatSettings::SMOOTH),
         ("scalar/brain_mr/brain1_label.nrrd", true, SplatSettings::NAMES),
+        // Computed, and rounded to 8 bits, whose steps would be seen in its light.
+        (
+            "scalar/ironProt.vtk",
+            true,
+            SplatSettings { slabs_per_voxel: 2.0, ..SplatSettings::SMOOTH },
+        ),
         // Orbitals, and noise.
         ("scalar/hydrogen.vti", false, SplatSettings::EXACT),
         ("formats/nrrd/small.nrrd", false, SplatSettings::EXACT),

@@ -25,7 +25,7 @@ pub(super) fn radial(kernel: RadialKernel, start: DVec3, step: DVec3, [from, to]
     for (a, b) in [(-end, -knot), (-knot, 0.0), (0.0, knot), (knot, end)] {
         let (a, b) = (a.max(first), b.min(last));
         if a < b {
-            sum += smooth(a, b, |w| kernel.value(l.hypot(w)));
+            sum += smooth(a, b, |w| kernel.value((l * l + w * w).sqrt()));
         }
     }
     sum / length

@@ -106,8 +106,9 @@ impl SplatSettings {
         }
     }
 
-    /// For thick slices: splines that lie between the samples rather than swing through them.
-    pub const BETWEEN_SLICES: Self = Self { reconstruction: Reconstruction::Smooth, ..Self::EXACT };
+    /// Splines that lie between the samples rather than swing through them: for thick slices, and for what was rounded to 8 bits,
+    /// whose steps light would show.
+    pub const SMOOTH: Self = Self { reconstruction: Reconstruction::Smooth, ..Self::EXACT };
 }
 
 impl FirstLook {
@@ -148,11 +149,12 @@ impl FirstLook {
             _ if volume.functions.is_some() => SplatSettings::FUNCTIONS,
             _ if let Some(own) = SplatSettings::of_cells_or_points(volume) => own,
             true => SplatSettings::NAMES,
-            false if is_thick && !is_picture => SplatSettings::BETWEEN_SLICES,
+            false if is_thick && !is_picture => SplatSettings::SMOOTH,
+            false if is_lit && Kind::of(statistics) == Kind::Rounded => SplatSettings::SMOOTH,
             false => SplatSettings::EXACT,
         };
         let splat = match splat {
-            SplatSettings::EXACT | SplatSettings::BETWEEN_SLICES if is_lit => {
+            SplatSettings::EXACT | SplatSettings::SMOOTH if is_lit => {
                 SplatSettings { slabs_per_voxel: lit_slabs(volume.lattice.dims), ..splat }
             }
             _ => splat,
