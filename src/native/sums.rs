@@ -7,10 +7,9 @@
 
 use fearless_simd::{Simd, prelude::*};
 
-use super::functions::{Functions, basis_of, mean};
+use super::functions::{Functions, basis_of, covered, mean};
 use super::landed::{Entry, Landed};
 use super::lanes::{Lanes, Mask, all, any, choose, exponential, logarithm};
-use super::lattice::NOTHING;
 use super::own::{Found, no_border, widen_border};
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
@@ -21,6 +20,11 @@ use crate::scene::{Classify, View};
 
 /// Products go from face to face as long as no ray begins so far down a function's flank, as an exponent.
 const STEEPEST: f32 = 20.0;
+
+/// Steps towards the place where a mean ends.
+const STEPS: usize = 3;
+/// Places of a slab, as shares of it, at which it is looked for a mean that neither face has.
+const LOOKS: [f32; 3] = [0.25, 0.5, 0.75];
 
 /// Functions that are placed between two looks at the ticket.
 const A_RUN: usize = 1 << 13;
@@ -83,9 +87,11 @@ pub(super) struct Sums<'a, S: Simd> {
     list: &'a [Entry],
     window: Window,
     ends: Ends<S>,
-    values: [Lanes<S>; FACES],
-    /// Of functions that are weighed against each other: Σ φ, and see [`Found::border`].
-    totals: [Lanes<S>; FACES],
+    values: [Lanes<S>; FACES + 1],
+    /// Of functions that are weighed against each other: Σ h φ of those that are no holes, the coverage, and see
+    /// [`Found::border`]. Of the face behind the last as well.
+    totals: [Lanes<S>; FACES + 1],
+    coverages: [Lanes<S>; FACES + 1],
     borders: [[Lanes<S>; 4]; FACES],
 }
 
@@ -93,6 +99,7 @@ pub(super) struct Sums<'a, S: Simd> {
 #[derive(Clone, Copy)]
 struct Along<S: Simd> {
     weight: f32,
+    height: f32,
     middle: Lanes<S>,
     half: Lanes<S>,
     near: Lanes<S>,
@@ -112,8 +119,9 @@ impl<'a, S: Simd> Sums<'a, S> {
             list: landed.on(at),
             window: Window::new(asked, rays.step),
             ends: Ends::new(),
-            values: [all(simd, 0.0); FACES],
-            totals: [all(simd, 0.0); FACES],
+            values: [all(simd, 0.0); FACES + 1],
+            totals: [all(simd, 0.0); FACES + 1],
+            coverages: [all(simd, 0.0); FACES + 1],
             borders: [no_border(simd); FACES],
         }
     }
@@ -186,7 +194,8 @@ impl<'a, S: Simd> Sums<'a, S> {
         let half = choose(is_met, half, all(simd, -1.0));
         let middle = (t + begin) * (1.0 / self.window.step);
         let a = a * (self.window.step * self.window.step);
-        Some(Along { weight: function.weight, middle, half, near, a })
+        let (weight, height) = (function.weight, function.height);
+        Some(Along { weight, height, middle, half, near, a })
     }
 
     /// Sums up at all faces that are to be there. Not inlined: few ask, and for many faces.
@@ -206,10 +215,12 @@ impl<'a, S: Simd> Sums<'a, S> {
 
     #[inline(always)]
     fn sum_up<const MEAN: bool>(&mut self, simd: S, packet: &Packet<S>) {
-        let (count, step) = (self.window.len(), self.window.step);
+        let step = self.window.step;
+        let count = self.window.len() + usize::from(MEAN);
         self.values[..count].fill(all(simd, 0.0));
         if MEAN {
             self.totals[..count].fill(all(simd, 0.0));
+            self.coverages[..count].fill(all(simd, 0.0));
         }
         let first = self.window.begin();
         let of_means = self.window.asked == Asked::Means;
@@ -250,63 +261,120 @@ impl<'a, S: Simd> Sums<'a, S> {
         simd: S,
         i: usize,
         (phi, within): (Lanes<S>, Mask<S>),
-        weight: f32,
+        along: &Along<S>,
     ) {
-        let phi = if MEAN { phi - self.functions.end() } else { phi };
+        let phi = if MEAN { (phi - self.functions.end()) * along.height } else { phi };
         let phi = choose(within, phi, all(simd, 0.0));
-        self.values[i] += phi * weight;
         if MEAN {
+            self.coverages[i] += phi;
+            if along.height < 0.0 {
+                return;
+            }
             self.totals[i] += phi;
+        }
+        self.values[i] += phi * along.weight;
+    }
+
+    /// Makes means of sums, and finds where rays pass the border of a mean in slabs of which a face has none.
+    #[inline(always)]
+    fn weigh(&mut self, simd: S, packet: &Packet<S>) {
+        let count = self.window.len();
+        for i in 0..=count {
+            self.values[i] = mean(simd, self.values[i], self.totals[i]);
+        }
+        if self.window.asked == Asked::Faces {
+            for i in 0..count {
+                self.borders[i] = self.border_of(simd, packet, i);
+            }
+        }
+        for i in 0..count {
+            self.values[i] = covered(simd, self.values[i], self.coverages[i]);
         }
     }
 
-    /// Makes means of sums, and finds the borders of slabs of which a face has none. The slab behind the last face always is
-    /// one: what its other face has is not known yet.
+    /// Where rays pass the border in a slab, and the values there.
     #[inline(always)]
-    fn weigh(&mut self, simd: S, packet: &Packet<S>) {
-        let (count, step) = (self.window.len(), self.window.step);
-        let nothing = all(simd, NOTHING);
-        let mut open = [count - 1; 2];
-        for i in 0..count {
-            self.values[i] = mean(simd, self.values[i], self.totals[i]);
-            self.borders[i] = no_border(simd);
-            if any(self.values[i].simd_eq(nothing) & packet.is_there) {
-                open = [open[0].min(i.saturating_sub(1)), open[1].max(i)];
+    fn border_of(&self, simd: S, packet: &Packet<S>, i: usize) -> [Lanes<S>; 4] {
+        let mut border = no_border(simd);
+        let first = self.window.begin() + i as f32;
+        let (mut ts, mut covers) = ([all(simd, 0.0); 2], [all(simd, 0.0); 2]);
+        for side in 0..2 {
+            let whole = all(simd, (first + side as f32) * self.window.step);
+            ts[side] = whole.max(packet.enter).min(packet.leave);
+            covers[side] = self.coverages[i + side];
+            let is_elsewhere = !ts[side].simd_eq(whole) & packet.is_there;
+            if any(is_elsewhere) {
+                let (_, there) = self.functions.weighed(simd, packet.at(ts[side]));
+                covers[side] = choose(is_elsewhere, there, covers[side]);
             }
         }
-        if self.window.asked != Asked::Faces {
-            return;
+        let one = all(simd, 1.0);
+        let is_slab = ts[0].simd_lt(ts[1]) & packet.is_there;
+        let is_in = [covers[0].simd_ge(one), covers[1].simd_ge(one)];
+        let is_passed = is_slab & (is_in[0] ^ is_in[1]);
+        if any(is_passed) {
+            let [begin, end] = [(ts[0], covers[0]), (ts[1], covers[1])];
+            let outside = (choose(is_in[0], end.0, begin.0), choose(is_in[0], end.1, begin.1));
+            let inside = (choose(is_in[0], begin.0, end.0), choose(is_in[0], begin.1, end.1));
+            let found = self.passed(simd, packet, outside, inside);
+            widen_border(&mut border, is_passed, found);
         }
-        let first = self.window.first() as f32;
-        let depths = [open[0], open[1] + 1].map(|i| (first + i as f32) * step);
-        let list = self.list;
-        for entry in list {
-            let Some(along) = self.along(simd, packet, entry, depths) else { continue };
-            let is_met = along.half.simd_ge(all(simd, 0.0));
-            let value = all(simd, along.weight);
-            for end in [along.middle - along.half, along.middle + along.half] {
-                let slab = end.floor() - first;
-                let far = all(simd, 1e9);
-                let low = choose(is_met, slab, far).reduce_min().max(open[0] as f32);
-                let high = choose(is_met, slab, -far).reduce_max().min(open[1] as f32);
-                if low > high {
-                    continue;
-                }
-                let t = end * step;
-                // What ends before the ray begins, or beyond its end, is no border of a slab.
-                let is_kept = is_met & t.simd_ge(packet.enter) & t.simd_le(packet.leave);
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "0..32"
-                )]
-                let slabs = low as usize..=high as usize;
-                for i in slabs {
-                    let here = is_kept & slab.simd_eq(all(simd, i as f32));
-                    widen_border(&mut self.borders[i], here, (t, value));
+        // What lies between two faces is seen by what is on either side: there coverage rises up to the slab, and falls behind it.
+        let zero = all(simd, 0.0);
+        let before = if i > 0 { self.coverages[i - 1] } else { zero };
+        let behind = if i + 1 < self.window.len() { self.coverages[i + 2] } else { zero };
+        let is_top = covers[0].simd_ge(before) & covers[1].simd_ge(behind);
+        let is_near = covers[0].max(covers[1]).simd_gt(zero);
+        let may_be = is_slab & !is_in[0] & !is_in[1] & is_top & is_near;
+        if any(may_be) {
+            let (mut at, mut most) = (ts[0], covers[0]);
+            for share in LOOKS {
+                let t = (ts[1] - ts[0]).mul_add(all(simd, share), ts[0]);
+                let (_, cover) = self.functions.weighed(simd, packet.at(t));
+                let is_more = cover.simd_gt(most);
+                (at, most) = (choose(is_more, t, at), choose(is_more, cover, most));
+            }
+            let is_there = may_be & most.simd_ge(one);
+            if any(is_there) {
+                for side in 0..2 {
+                    let outside = (ts[side], covers[side]);
+                    let found = self.passed(simd, packet, outside, (at, most));
+                    widen_border(&mut border, is_there, found);
                 }
             }
         }
+        border
+    }
+
+    /// Where coverage passes 1 between a place outside and one inside, of which it is known, and the value there: by false
+    /// position, the end that stays twice counting half (Illinois).
+    #[inline(always)]
+    fn passed(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        outside: (Lanes<S>, Lanes<S>),
+        inside: (Lanes<S>, Lanes<S>),
+    ) -> (Lanes<S>, Lanes<S>) {
+        let one = all(simd, 1.0);
+        let (mut ts, mut off) = ([outside.0, inside.0], [outside.1 - one, inside.1 - one]);
+        let (mut t, mut value) = (inside.0, all(simd, 0.0));
+        for _ in 0..STEPS {
+            let rise = off[1] - off[0];
+            let has_rise = rise.simd_gt(all(simd, 0.0));
+            let share = choose(has_rise, -off[0] / choose(has_rise, rise, one), one);
+            t = (ts[1] - ts[0]).mul_add(share.max(all(simd, 0.0)).min(one), ts[0]);
+            let (found, cover) = self.functions.weighed(simd, packet.at(t));
+            value = found;
+            let is_in = cover.simd_ge(one);
+            let half = all(simd, 0.5);
+            off = [
+                choose(is_in, off[0] * half, cover - one),
+                choose(is_in, cover - one, off[1] * half),
+            ];
+            ts = [choose(is_in, ts[0], t), choose(is_in, t, ts[1])];
+        }
+        (t, value)
     }
 
     /// Adds what a function has at faces from `low` to `high`, each by itself.
@@ -322,7 +390,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             let square = (off * off).mul_add(along.a, along.near);
             let phi = basis_of(simd, self.functions.basis(), square);
             let within = off.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (phi, within), along.weight);
+            self.add::<MEAN>(simd, i, (phi, within), along);
         }
     }
 
@@ -355,7 +423,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         let mut place = off;
         for i in begin..=high {
             let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (value, within), along.weight);
+            self.add::<MEAN>(simd, i, (value, within), along);
             value *= ratio;
             ratio *= shrinking;
             place += all(simd, 1.0);
@@ -366,7 +434,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         for i in (low..begin).rev() {
             ratio *= shrinking;
             let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (value, within), along.weight);
+            self.add::<MEAN>(simd, i, (value, within), along);
             value *= ratio;
             place -= all(simd, 1.0);
         }

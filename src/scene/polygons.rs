@@ -134,12 +134,16 @@ impl PolygonLayer {
         }
     }
 
-    /// Every triangle, with normals and colours as it looks.
+    /// Every triangle, with normals and colours as it looks; none of bodies about points without the number that colours others.
     pub fn triangles(&self) -> impl Iterator<Item = (Triangle, [Srgb8; 3])> + '_ {
         let PolygonLook { colour, by, is_smooth, .. } = self.look;
         let of_field = self.field_colours.as_ref();
         let values = self.mesh.values(self.array().unwrap_or(usize::MAX));
-        self.mesh.triangles(is_smooth).zip(values).map(move |(triangle, values)| {
+        let has_holes = self.mesh.is_of_points() && of_field.is_none() && by.is_some();
+        let is_there = move |values: &[f32; 3]| !has_holes || values.iter().any(|v| !v.is_nan());
+        let there = self.mesh.triangles(is_smooth).zip(values);
+        let there = there.filter(move |(_, values)| is_there(values));
+        there.map(move |(triangle, values)| {
             let values = values.map(f64::from);
             let colours = match (of_field, by, colour, triangle.colours) {
                 (Some(field), ..) => values.map(|value| match value.is_nan() {
@@ -214,6 +218,27 @@ mod tests {
         // Unless another was asked for, the numbers' own range.
         let by = PolygonLayer::of_surface(mesh(Vec::new()), Some("T"), gray, None).look.by;
         assert_eq!(by.map(|by| by.range), Some([1.0, 3.0]));
+    }
+
+    #[test]
+    fn bodies_about_points_without_the_number_that_colours_them_are_not_drawn() {
+        let surface = Arc::unwrap_or_clone(mesh(Vec::new()));
+        let array = |values| MeshArray { name: "T".into(), values };
+        let with = |value: f32| {
+            let values = MeshValues::Corners(vec![value, f32::NAN, value]);
+            surface.clone().with_arrays(vec![array(values)]).unwrap()
+        };
+        let drawn = |mesh: Mesh, by: Option<&str>| {
+            let mut layer =
+                PolygonLayer::of_surface(Arc::new(mesh), Some("T"), ColourMap::Gray, None);
+            layer.look.by = layer.look.by.filter(|_| by.is_some());
+            layer.triangles().count()
+        };
+        let (there, hole) = (with(1.0), with(f32::NAN));
+        assert_eq!(drawn(hole.clone(), Some("T")), 1, "surfaces stay whole");
+        assert_eq!(drawn(hole.clone().of_points(), Some("T")), 0);
+        assert_eq!(drawn(hole.of_points(), None), 1, "in one colour");
+        assert_eq!(drawn(there.of_points(), Some("T")), 1);
     }
 
     #[test]
