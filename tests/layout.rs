@@ -151,7 +151,7 @@ fn host_structs() -> [HostStruct; 15] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 25] {
+fn host_constants() -> [(&'static str, f64); 26] {
     [
         ("BRICK", BRICK as f64),
         ("MARK_SIDE", MARK_SIDE as f64),

@@ -13,6 +13,8 @@ use crate::core::{Cancelled, Looks, Ticket, mapped};
 const A_PART: usize = 1 << 12;
 /// And points.
 const A_RUN: usize = 1 << 16;
+/// A mean ends about where cells do if the holes beyond their faces lie so many times farther than their likes would.
+const BEYOND: f64 = 1.2;
 /// Solids whose growths are found before they are summed up.
 const A_SUM: usize = 1 << 16;
 
@@ -157,8 +159,8 @@ impl CellField {
         products.fold(DMat3::ZERO, |sum, product| sum + product) * share
     }
 
-    /// Places beyond the outer faces without a number, each with a spread of its face: as far from a face as the solid's other
-    /// points, or twice as far as its middle. None lies in a solid.
+    /// Places beyond the outer faces without a number, each with a spread of its face: somewhat farther from a face than the
+    /// solid's other points, or than twice as far as its middle. None lies in a solid.
     fn beyond_faces(
         &self,
         spread: impl Fn(&Face) -> DMat3 + Sync,
@@ -183,7 +185,7 @@ impl CellField {
                 }
                 On::Cells => 2.0 * depth(self.cells.placed(number).at(solid.kind().middle()).0),
             };
-            let place = centre + outwards * far;
+            let place = centre + outwards * (BEYOND * far);
             let is_free = far > 0.0 && finder.find(place).is_none();
             is_free.then(|| (place, f64::NAN, spread(face)))
         };

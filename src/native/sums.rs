@@ -22,12 +22,31 @@ use crate::scene::{Classify, View};
 const STEEPEST: f32 = 20.0;
 
 /// Steps towards the place where a mean ends.
-const STEPS: usize = 3;
+const STEPS: usize = 5;
 /// Places of a slab, as shares of it, at which it is looked for a mean that neither face has.
 const LOOKS: [f32; 3] = [0.25, 0.5, 0.75];
 
 /// Functions that are placed between two looks at the ticket.
 const A_RUN: usize = 1 << 13;
+
+/// A place of rays, and what a mean has there.
+#[derive(Clone, Copy)]
+struct Covered<S: Simd> {
+    t: Lanes<S>,
+    cover: Lanes<S>,
+    value: Lanes<S>,
+}
+
+impl<S: Simd> Covered<S> {
+    #[inline(always)]
+    fn choose(mask: Mask<S>, yes: Self, no: Self) -> Self {
+        Self {
+            t: choose(mask, yes.t, no.t),
+            cover: choose(mask, yes.cover, no.cover),
+            value: choose(mask, yes.value, no.value),
+        }
+    }
+}
 
 /// Where the functions land in a picture.
 ///
@@ -296,49 +315,49 @@ impl<'a, S: Simd> Sums<'a, S> {
     #[inline(always)]
     fn border_of(&self, simd: S, packet: &Packet<S>, i: usize) -> [Lanes<S>; 4] {
         let mut border = no_border(simd);
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let first = self.window.begin() + i as f32;
-        let (mut ts, mut covers) = ([all(simd, 0.0); 2], [all(simd, 0.0); 2]);
+        let mut ends = [Covered { t: zero, cover: zero, value: zero }; 2];
         for side in 0..2 {
             let whole = all(simd, (first + side as f32) * self.window.step);
-            ts[side] = whole.max(packet.enter).min(packet.leave);
-            covers[side] = self.coverages[i + side];
-            let is_elsewhere = !ts[side].simd_eq(whole) & packet.is_there;
+            let t = whole.max(packet.enter).min(packet.leave);
+            let (mut value, mut cover) = (self.values[i + side], self.coverages[i + side]);
+            let is_elsewhere = !t.simd_eq(whole) & packet.is_there;
             if any(is_elsewhere) {
-                let (_, there) = self.functions.weighed(simd, packet.at(ts[side]));
-                covers[side] = choose(is_elsewhere, there, covers[side]);
+                let (found, there) = self.functions.weighed(simd, packet.at(t));
+                value = choose(is_elsewhere, found, value);
+                cover = choose(is_elsewhere, there, cover);
             }
+            ends[side] = Covered { t, cover, value };
         }
-        let one = all(simd, 1.0);
-        let is_slab = ts[0].simd_lt(ts[1]) & packet.is_there;
-        let is_in = [covers[0].simd_ge(one), covers[1].simd_ge(one)];
+        let [near, far] = ends;
+        let is_slab = near.t.simd_lt(far.t) & packet.is_there;
+        let is_in = [near.cover.simd_ge(one), far.cover.simd_ge(one)];
         let is_passed = is_slab & (is_in[0] ^ is_in[1]);
         if any(is_passed) {
-            let [begin, end] = [(ts[0], covers[0]), (ts[1], covers[1])];
-            let outside = (choose(is_in[0], end.0, begin.0), choose(is_in[0], end.1, begin.1));
-            let inside = (choose(is_in[0], begin.0, end.0), choose(is_in[0], begin.1, end.1));
+            let outside = Covered::choose(is_in[0], far, near);
+            let inside = Covered::choose(is_in[0], near, far);
             let found = self.passed(simd, packet, outside, inside);
             widen_border(&mut border, is_passed, found);
         }
-        // What lies between two faces is seen by what is on either side: there coverage rises up to the slab, and falls behind it.
-        let zero = all(simd, 0.0);
+        // What lies between two faces is told by what is on either side: coverage rises up to the slab, and falls behind it.
         let before = if i > 0 { self.coverages[i - 1] } else { zero };
         let behind = if i + 1 < self.window.len() { self.coverages[i + 2] } else { zero };
-        let is_top = covers[0].simd_ge(before) & covers[1].simd_ge(behind);
-        let is_near = covers[0].max(covers[1]).simd_gt(zero);
+        let is_top = near.cover.simd_ge(before) & far.cover.simd_ge(behind);
+        let is_near = near.cover.max(far.cover).simd_gt(zero);
         let may_be = is_slab & !is_in[0] & !is_in[1] & is_top & is_near;
         if any(may_be) {
-            let (mut at, mut most) = (ts[0], covers[0]);
+            let mut most = near;
             for share in LOOKS {
-                let t = (ts[1] - ts[0]).mul_add(all(simd, share), ts[0]);
-                let (_, cover) = self.functions.weighed(simd, packet.at(t));
-                let is_more = cover.simd_gt(most);
-                (at, most) = (choose(is_more, t, at), choose(is_more, cover, most));
+                let t = (far.t - near.t).mul_add(all(simd, share), near.t);
+                let (value, cover) = self.functions.weighed(simd, packet.at(t));
+                let is_more = cover.simd_gt(most.cover);
+                most = Covered::choose(is_more, Covered { t, cover, value }, most);
             }
-            let is_there = may_be & most.simd_ge(one);
+            let is_there = may_be & most.cover.simd_ge(one);
             if any(is_there) {
-                for side in 0..2 {
-                    let outside = (ts[side], covers[side]);
-                    let found = self.passed(simd, packet, outside, (at, most));
+                for outside in ends {
+                    let found = self.passed(simd, packet, outside, most);
                     widen_border(&mut border, is_there, found);
                 }
             }
@@ -346,35 +365,35 @@ impl<'a, S: Simd> Sums<'a, S> {
         border
     }
 
-    /// Where coverage passes 1 between a place outside and one inside, of which it is known, and the value there: by false
+    /// A place inside, as near as it is found to where coverage passes 1 on the way to one outside, and the value there: by false
     /// position, the end that stays twice counting half (Illinois).
     #[inline(always)]
     fn passed(
         &self,
         simd: S,
         packet: &Packet<S>,
-        outside: (Lanes<S>, Lanes<S>),
-        inside: (Lanes<S>, Lanes<S>),
+        mut outside: Covered<S>,
+        mut inside: Covered<S>,
     ) -> (Lanes<S>, Lanes<S>) {
-        let one = all(simd, 1.0);
-        let (mut ts, mut off) = ([outside.0, inside.0], [outside.1 - one, inside.1 - one]);
-        let (mut t, mut value) = (inside.0, all(simd, 0.0));
+        let (zero, one, half) = (all(simd, 0.0), all(simd, 1.0), all(simd, 0.5));
+        // How far coverage is off 1, or half of it.
+        let mut off = [outside.cover - one, inside.cover - one];
         for _ in 0..STEPS {
             let rise = off[1] - off[0];
-            let has_rise = rise.simd_gt(all(simd, 0.0));
+            let has_rise = rise.simd_gt(zero);
             let share = choose(has_rise, -off[0] / choose(has_rise, rise, one), one);
-            t = (ts[1] - ts[0]).mul_add(share.max(all(simd, 0.0)).min(one), ts[0]);
-            let (found, cover) = self.functions.weighed(simd, packet.at(t));
-            value = found;
-            let is_in = cover.simd_ge(one);
-            let half = all(simd, 0.5);
+            let share = share.max(zero).min(one);
+            let t = (inside.t - outside.t).mul_add(share, outside.t);
+            let (value, cover) = self.functions.weighed(simd, packet.at(t));
+            let (is_in, found) = (cover.simd_ge(one), Covered { t, cover, value });
             off = [
                 choose(is_in, off[0] * half, cover - one),
                 choose(is_in, cover - one, off[1] * half),
             ];
-            ts = [choose(is_in, ts[0], t), choose(is_in, t, ts[1])];
+            inside = Covered::choose(is_in, found, inside);
+            outside = Covered::choose(is_in, outside, found);
         }
-        (t, value)
+        (inside.t, inside.value)
     }
 
     /// Adds what a function has at faces from `low` to `high`, each by itself.

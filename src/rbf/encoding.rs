@@ -80,7 +80,7 @@ pub enum Blend {
     /// Their mean, each weighed by how near it is: Σ wᵢ hᵢ φᵢ / Σ hᵢ φᵢ (Shepard), φ less what it is where it ends. A constant
     /// stays one. Heights hᵢ make the *coverage* Σ hᵢ φᵢ about 1 / [`SHARE`] among functions, however they lie; nothing is where
     /// it is less than 1, so that a mean ends about as far beyond the last functions as these lie apart, halved. Functions
-    /// without a weight take as much from the coverage as they would give, and nothing from the mean: they are holes.
+    /// without a weight take twice as much from the coverage as they would give, and nothing from the mean: they are holes.
     Mean,
 }
 
@@ -89,6 +89,8 @@ pub(super) const REACH: f64 = 3.0;
 /// Of what covers places among functions, the share down to which a mean goes on beyond them: half a step beyond a lattice. Of
 /// places among points at random a thousandth has less.
 const SHARE: f64 = 0.4;
+/// What a hole takes, of what a function of its width gives: so much makes it a step of a lattice wide.
+const HOLE: f64 = 2.0;
 /// The coverage from which on light falls as values grow; below it, down to 1, more and more as the border is turned.
 pub const LIT: f64 = 2.25;
 /// Widths beyond its last function that a mean reaches at most, or about so: there a function alone covers a third of what it
@@ -184,7 +186,7 @@ impl Encoding {
         });
         let heights = totals(&functions, epsilon, ticket)?.into_iter().zip(&functions);
         let height = |(total, function): (f64, &Function)| {
-            (SHARE * total).recip() * if is_there(&function) { 1.0 } else { -1.0 }
+            (SHARE * total).recip() * if is_there(&function) { 1.0 } else { -HOLE }
         };
         let heights = heights.map(height).collect();
         let bias = if least <= most { least / 2.0 + most / 2.0 } else { 0.0 };

@@ -222,23 +222,24 @@ mod tests {
 
     #[test]
     fn bodies_about_points_without_the_number_that_colours_them_are_not_drawn() {
-        let surface = Arc::unwrap_or_clone(mesh(Vec::new()));
-        let array = |values| MeshArray { name: "T".into(), values };
-        let with = |value: f32| {
-            let values = MeshValues::Corners(vec![value, f32::NAN, value]);
-            surface.clone().with_arrays(vec![array(values)]).unwrap()
-        };
-        let drawn = |mesh: Mesh, by: Option<&str>| {
-            let mut layer =
-                PolygonLayer::of_surface(Arc::new(mesh), Some("T"), ColourMap::Gray, None);
-            layer.look.by = layer.look.by.filter(|_| by.is_some());
-            layer.triangles().count()
-        };
-        let (there, hole) = (with(1.0), with(f32::NAN));
-        assert_eq!(drawn(hole.clone(), Some("T")), 1, "surfaces stay whole");
-        assert_eq!(drawn(hole.clone().of_points(), Some("T")), 0);
-        assert_eq!(drawn(hole.of_points(), None), 1, "in one colour");
-        assert_eq!(drawn(there.of_points(), Some("T")), 1);
+        let corners = (0..6).map(|i| Vec3::new((i % 3 / 2) as f32, (i % 3 % 2) as f32, i as f32));
+        let triangles = vec![[0, 1, 2], [3, 4, 5]];
+        let mesh = Mesh::new("m", corners.collect(), Vec::new(), Vec::new(), triangles).unwrap();
+        let values = MeshValues::Corners([1.0, 2.0, f32::NAN].repeat(2));
+        let holed = MeshValues::Corners([[1.0; 3], [f32::NAN; 3]].as_flattened().to_vec());
+        for (values, bodies) in [(values, 2), (holed, 1)] {
+            let array = MeshArray { name: "T".into(), values };
+            let mesh = mesh.clone().with_arrays(vec![array]).unwrap();
+            let drawn = |mesh: Mesh, is_coloured: bool| {
+                let mesh = Arc::new(mesh);
+                let mut layer = PolygonLayer::of_surface(mesh, Some("T"), ColourMap::Gray, None);
+                layer.look.by = layer.look.by.filter(|_| is_coloured);
+                layer.triangles().count()
+            };
+            assert_eq!(drawn(mesh.clone(), true), 2, "surfaces stay whole");
+            assert_eq!(drawn(mesh.clone().of_points(), true), bodies);
+            assert_eq!(drawn(mesh.of_points(), false), 2, "in one colour");
+        }
     }
 
     #[test]

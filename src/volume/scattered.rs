@@ -165,11 +165,11 @@ mod tests {
                     let (axis, side) = (i % 3, i / 3 % 2);
                     let share = |n: usize| 0.8 + 0.24 * (n % 11) as f64;
                     let mut place = DVec3::new(share(i / 6), share(i / 66), share(i / 7));
-                    let mut is_there = |beyond: f64| {
+                    let is_there = |beyond: f64| {
                         place[axis] = if side == 0 { -beyond } else { 4.0 + beyond };
                         !found.value(place * size).is_nan()
                     };
-                    let shown = [-0.1, 0.3].map(is_there);
+                    let shown = [-0.2, 0.3].map(is_there);
                     assert_eq!(shown, [true, false], "{size} {is_of_tetrahedra} {on:?} {place}");
                 }
             }
