@@ -151,21 +151,13 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                         let slab = trimmed(origin, direction, Trimmed(vec2<f32>(t_near, t_far), u_ends));
                         from_t = slab.ts.x;
                         to_t = slab.ts.y;
-                        if SHADED && kernel == CELLS && slab.us.x != NOTHING {
+                        if SHADED && slab.us.x != NOTHING {
                             if u_near == NOTHING {
                                 growths.near = slabs.table.y * growth_of_light(origin + direction * from_t);
                             }
                             if u_far == NOTHING {
                                 growths.far = slabs.table.y * growth_of_light(origin + direction * to_t);
                             }
-                        } else if SHADED && slab.us.x != NOTHING && u_near == u_far {
-                            let middle = origin + direction * (0.5 * (from_t + to_t));
-                            let g = slabs.table.y * growth_of_light(middle);
-                            growths = Growths(g, g);
-                        } else if u_near == NOTHING {
-                            growths.near = g_far;
-                        } else if u_far == NOTHING {
-                            growths.far = g_near;
                         }
                         u_ends = slab.us;
                         u_middle = 0.5 * (u_ends.x + u_ends.y);

@@ -14,6 +14,7 @@ use voxsplat::gpu::shader::{self, Shader};
 use voxsplat::hierarchy::EMPTY_BRICK;
 use voxsplat::kernel::COEFFICIENTS;
 use voxsplat::plan::SEGMENT;
+use voxsplat::rbf::LIT;
 use voxsplat::vector::{FORESHORTENINGS, MARK_SIDE, PHASES};
 use voxsplat::volume::BRICK;
 
@@ -150,7 +151,7 @@ fn host_structs() -> [HostStruct; 15] {
 }
 
 /// Constants that shaders and host both name, and the host's value.
-fn host_constants() -> [(&'static str, f64); 25] {
+fn host_constants() -> [(&'static str, f64); 26] {
     [
         ("BRICK", BRICK as f64),
         ("MARK_SIDE", MARK_SIDE as f64),
@@ -169,6 +170,7 @@ fn host_constants() -> [(&'static str, f64); 25] {
         ("SEGMENT", f64::from(SEGMENT)),
         ("LIFT_CELLS", layout::LIFT_CELLS),
         ("LEVEL_SLACK", CellField::LEVEL_SLACK),
+        ("LIT_COVERAGE", LIT),
         ("SHADE_CELLS", f64::from(layout::SHADE_CELLS)),
         ("LAYER_SLABS", f64::from(layout::LAYER_SLABS)),
         ("GROUP_TILES", f64::from(layout::GROUP_TILES)),

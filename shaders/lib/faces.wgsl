@@ -8,6 +8,8 @@ const OF_FUNCTIONS: u32 = 3u;
 const OF_CELLS: u32 = 4u;
 // The same, and on their border that of light.
 const OF_LIT_CELLS: u32 = 5u;
+// The same of ellipsoids.
+const OF_LIT_ELLIPSOIDS: u32 = 6u;
 
 override growth: u32 = 2u;
 
@@ -18,7 +20,7 @@ fn face(position: vec3<f32>) -> Face {
     if growth == OF_TENTS {
         return face_of_tents(position);
     }
-    if growth == OF_FUNCTIONS {
+    if growth == OF_FUNCTIONS || growth == OF_LIT_ELLIPSOIDS {
         return face_of_functions(position);
     }
     if growth >= OF_CELLS {
@@ -31,6 +33,9 @@ fn face(position: vec3<f32>) -> Face {
 fn growth_of_light(position: vec3<f32>) -> vec3<f32> {
     if growth == OF_LIT_CELLS {
         return growth_for_light(cell_at(position));
+    }
+    if growth == OF_LIT_ELLIPSOIDS {
+        return lit_sum_of_functions(position).xyz;
     }
     return stored_growth(position);
 }
@@ -49,7 +54,12 @@ fn face_in(found: InCell) -> Face {
 }
 
 fn face_of_functions(position: vec3<f32>) -> Face {
-    let found = sum_of_functions(position);
+    var found: vec4<f32>;
+    if growth == OF_LIT_ELLIPSOIDS {
+        found = lit_sum_of_functions(position);
+    } else {
+        found = sum_of_functions(position);
+    }
     let u = select(slabs.table.x + slabs.table.y * found.w, NOTHING, found.w == NOTHING);
     return Face(vec2<f32>(u, 0.0), slabs.table.y * found.xyz);
 }

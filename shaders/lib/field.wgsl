@@ -201,11 +201,13 @@ struct Summand {
     weight: f32,
     // The squared distance, in widths, at which it ends.
     reach: f32,
+    // Of a mean, what it is at its centre, less than 0 of a hole; 1 of a sum.
+    height: f32,
 }
 
 // The function that an entry of the lists names.
 fn summand(entry: u32) -> Summand {
-    let at = word(1u) + 11u * word(word(0u) + entry);
+    let at = word(1u) + 12u * word(word(0u) + entry);
     let x = vec3<f32>(number(at + 3u), number(at + 4u), number(at + 5u));
     let y = vec3<f32>(0.0, number(at + 6u), number(at + 7u));
     let z = vec3<f32>(0.0, 0.0, number(at + 8u));
@@ -214,6 +216,7 @@ fn summand(entry: u32) -> Summand {
         transpose(mat3x3<f32>(x, y, z)),
         number(at + 9u),
         number(at + 10u),
+        number(at + 11u),
     );
 }
 
@@ -234,7 +237,7 @@ fn cell_of(position: vec3<f32>) -> vec3<u32> {
 // The first entry of a cell's list, and the one behind the last.
 fn entries_of(cell: vec3<u32>) -> vec2<u32> {
     let cells = cells_along();
-    let at = 2u + (cell.z * cells.y + cell.y) * cells.x + cell.x;
+    let at = 3u + (cell.z * cells.y + cell.y) * cells.x + cell.x;
     return vec2<u32>(word(at), word(at + 1u));
 }
 
@@ -249,7 +252,7 @@ fn basis_of(square: f32) -> f32 {
 // its growth per index.
 fn added_at(position: vec3<f32>, cell: vec3<u32>) -> vec4<f32> {
     let cells = cells_along();
-    let at = 3u + cells.x * cells.y * cells.z + 8u * ((cell.z * cells.y + cell.y) * cells.x + cell.x);
+    let at = 4u + cells.x * cells.y * cells.z + 8u * ((cell.z * cells.y + cell.y) * cells.x + cell.x);
     let part = (position + 0.5) / edge_of_cells() - vec3<f32>(cell);
     // Along x: both ends of four edges.
     let low = vec4<f32>(number(at), number(at + 2u), number(at + 4u), number(at + 6u));
@@ -266,13 +269,23 @@ fn added_at(position: vec3<f32>, cell: vec3<u32>) -> vec4<f32> {
     return vec4<f32>(growth / edge_of_cells(), mix(near_far.x, near_far.y, part.z));
 }
 
-// The sum of the functions at a position, and its growth per index; of ellipsoids the mean of their weights, which is nothing
-// where none reaches.
-fn sum_of_functions(position: vec3<f32>) -> vec4<f32> {
+// The coverage of a mean from which on light falls as values grow (`rbf::LIT`).
+const LIT_COVERAGE: f32 = 2.25;
+
+// What functions have at a position.
+struct Summed {
+    // How they grow per index, and the value; of a mean nothing where they do not cover the position (`rbf::Blend`).
+    found: vec4<f32>,
+    // Of a mean, what light that falls on borders takes beside the growth.
+    border: vec3<f32>,
+}
+
+fn summed(position: vec3<f32>) -> Summed {
     let cell = cell_of(position);
     let entries = entries_of(cell);
     var sum = vec4<f32>(0.0);
     var total = vec4<f32>(0.0);
+    var coverage = vec4<f32>(0.0);
     for (var i = entries.x; i < entries.y; i++) {
         let function = summand(i);
         let offset = function.shape * (position - function.centre);
@@ -282,23 +295,40 @@ fn sum_of_functions(position: vec3<f32>) -> vec4<f32> {
         }
         let phi = basis_of(square);
         let slope = select(phi, phi * phi * phi, multiquadric);
-        // Of ellipsoids less what it is where it ends, so that no step is there.
+        // Of a mean less what it is where it ends, so that no step is there.
         let end = select(0.0, exp(-0.5 * function.reach), kernel == ELLIPSOIDS);
-        let share = vec4<f32>(-slope * (offset * function.shape), phi - end);
-        sum += function.weight * share;
-        total += share;
+        let share = function.height * vec4<f32>(-slope * (offset * function.shape), phi - end);
+        coverage += share;
+        if function.height > 0.0 {
+            sum += function.weight * share;
+            total += share;
+        }
     }
     if kernel == ELLIPSOIDS {
-        if total.w <= 0.0 {
-            return vec4<f32>(vec3<f32>(0.0), NOTHING);
-        }
-        let mean = sum.w / total.w;
-        return vec4<f32>((sum.xyz - mean * total.xyz) / total.w, mean);
+        let is_there = total.w > 0.0;
+        let scale = select(0.0, 1.0 / total.w, is_there);
+        let mean = sum.w * scale;
+        let value = select(NOTHING, mean, coverage.w >= 1.0);
+        let near = clamp((LIT_COVERAGE - coverage.w) / (LIT_COVERAGE - 1.0), 0.0, 1.0);
+        let border = coverage.xyz * (number(2u) * near * near);
+        return Summed(vec4<f32>((sum.xyz - mean * total.xyz) * scale, value), border);
     }
     if adds_left_out {
         sum += added_at(position, cell);
     }
-    return sum;
+    return Summed(sum, vec3<f32>(0.0));
+}
+
+// The sum of the functions at a position, and its growth per index; of ellipsoids the mean of their weights.
+fn sum_of_functions(position: vec3<f32>) -> vec4<f32> {
+    return summed(position).found;
+}
+
+// The same, and what light takes for the growth (`rbf::Encoding::growth_for_light`). A surface and its back are lit alike.
+fn lit_sum_of_functions(position: vec3<f32>) -> vec4<f32> {
+    let here = summed(position);
+    let growth = here.found.xyz * select(1.0, -1.0, dot(here.border, here.found.xyz) < 0.0);
+    return vec4<f32>(here.border + growth, here.found.w);
 }
 
 // erf(x) to 1.5e-7 (Abramowitz and Stegun 7.1.26).

@@ -90,6 +90,9 @@ fn meet_levels(
                 }
                 here.gradient = slabs.table.y * growth_in(in_cell);
             }
+            if growth == OF_LIT_ELLIPSOIDS {
+                here.gradient = slabs.table.y * sum_of_functions(ray.origin + ray.direction * t).xyz;
+            }
             let found = facing(here.gradient);
             let along = (shade.right.xyz * screen.x + shade.up.xyz * screen.y) * shade.up.w;
             let light = lit_by(found.normal, -normalize(shade.forward.xyz + along), found.share);

@@ -4,7 +4,8 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DMat3, DVec3};
 
-use super::{Cells, ShadingNormals, Surface};
+use super::normals::area_of;
+use super::{Cells, Face, Finder, ShadingNormals, Surface};
 use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket, mapped};
 
@@ -12,6 +13,8 @@ use crate::core::{Cancelled, Looks, Ticket, mapped};
 const A_PART: usize = 1 << 12;
 /// And points.
 const A_RUN: usize = 1 << 16;
+/// A mean ends about where cells do if the holes beyond their faces lie so many times farther than their likes would.
+const BEYOND: f64 = 1.2;
 /// Solids whose growths are found before they are summed up.
 const A_SUM: usize = 1 << 16;
 
@@ -94,7 +97,8 @@ impl CellField {
     }
 
     /// Places with a number each: the points of solids that are there, or these solids' middles. With the mean, over the solids there,
-    /// of what `of` makes of how far their like lie apart: of the mean of the products of offsets, in squares of `unit`.
+    /// of what `of` makes of how far their like lie apart: of the mean of the products of offsets, in squares of `unit`. Beyond
+    /// the outer faces of these solids are places without a number, so that a mean ends about where the cells do.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -106,27 +110,20 @@ impl CellField {
     ) -> Result<Vec<(DVec3, f64, DMat3)>, Cancelled> {
         let points = self.cells.points();
         let solids: Vec<usize> = self.solids_there().collect();
-        let spread = |i: usize| {
-            let solid = self.cells.solids()[solids[i]];
-            let (kind, corners) = (solid.kind(), solid.corners());
-            let middle = self.cells.placed(solids[i]).at(kind.middle()).0;
-            let products = corners.iter().map(|corner| {
-                let offset = (points[*corner as usize] - middle) / unit;
-                DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z)
-            });
-            let share = kind.neighbours_spread(self.on) / corners.len() as f64;
-            of(products.fold(DMat3::ZERO, |sum, product| sum + product) * share)
-        };
+        let spread = |i: usize| of(self.spread(solids[i], unit));
         let spreads = mapped(solids.len(), A_PART, spread, ticket)?;
         let mut looks = Looks::every(ticket, A_RUN);
         if self.on == On::Cells {
-            let sample = |(solid, spread): (&usize, DMat3)| {
+            let mut samples = Vec::with_capacity(solids.len());
+            for (solid, spread) in solids.iter().zip(spreads) {
                 looks.after(1)?;
                 let middle = self.cells.solids()[*solid].kind().middle();
                 let place = self.cells.placed(*solid).at(middle).0;
-                Ok((place, self.value(*solid, middle), spread))
-            };
-            return solids.iter().zip(spreads).map(sample).collect();
+                samples.push((place, self.value(*solid, middle), spread));
+            }
+            let of_face = |face: &Face| of(self.spread(face.solid as usize, unit));
+            samples.extend(self.beyond_faces(of_face, ticket)?);
+            return Ok(samples);
         }
         let mut sums = vec![(DMat3::ZERO, 0.0); points.len()];
         for (solid, spread) in solids.iter().zip(spreads) {
@@ -137,11 +134,66 @@ impl CellField {
                 *count += 1.0;
             }
         }
-        let used = sums.into_iter().enumerate().filter(|(_, (_, count))| *count > 0.0);
-        Ok(used.map(|(i, (sum, count))| (points[i], self.values[i], sum / count)).collect())
+        let used = sums.iter().enumerate().filter(|(_, (_, count))| *count > 0.0);
+        let sample =
+            |(i, (sum, count)): (usize, &(DMat3, f64))| (points[i], self.values[i], *sum / *count);
+        let mut samples: Vec<(DVec3, f64, DMat3)> = used.map(sample).collect();
+        let of_face = |face: &Face| {
+            let at = |corner: &u32| sums[*corner as usize];
+            face.corners.iter().map(|corner| at(corner).0 / (4.0 * at(corner).1)).sum()
+        };
+        samples.extend(self.beyond_faces(of_face, ticket)?);
+        Ok(samples)
     }
 
-    /// How many they are.
+    /// The mean of the products of offsets to a solid's like beside it, in squares of `unit`.
+    fn spread(&self, solid: usize, unit: f64) -> DMat3 {
+        let own = self.cells.solids()[solid];
+        let (kind, corners) = (own.kind(), own.corners());
+        let middle = self.cells.placed(solid).at(kind.middle()).0;
+        let products = corners.iter().map(|corner| {
+            let offset = (self.cells.points()[*corner as usize] - middle) / unit;
+            DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z)
+        });
+        let share = kind.neighbours_spread(self.on) / corners.len() as f64;
+        products.fold(DMat3::ZERO, |sum, product| sum + product) * share
+    }
+
+    /// Places beyond the outer faces without a number, each with a spread of its face: somewhat farther from a face than the
+    /// solid's other points, or than twice as far as its middle. None lies in a solid.
+    fn beyond_faces(
+        &self,
+        spread: impl Fn(&Face) -> DMat3 + Sync,
+        ticket: &Ticket,
+    ) -> Result<Vec<(DVec3, f64, DMat3)>, Cancelled> {
+        let (points, faces) = (self.cells.points(), &self.surface(ticket)?.faces);
+        let finder = Finder::new(&self.cells, |solid| self.is_there(solid), ticket)?;
+        let beyond = |i: usize| {
+            let face = &faces[i];
+            let number = face.solid as usize;
+            let solid = &self.cells.solids()[number];
+            let outwards = area_of(&self.cells, face).normalize_or_zero();
+            let count = if face.corners[2] == face.corners[3] { 3 } else { 4 };
+            let on_face = face.corners[..count].iter().map(|corner| points[*corner as usize]);
+            let centre = on_face.clone().sum::<DVec3>() / on_face.len() as f64;
+            let depth = |at: DVec3| (centre - at).dot(outwards);
+            let far = match self.on {
+                On::Points => {
+                    let others = solid.corners().iter().filter(|c| !face.corners.contains(c));
+                    let depths: Vec<f64> = others.map(|c| depth(points[*c as usize])).collect();
+                    depths.iter().sum::<f64>() / depths.len().max(1) as f64
+                }
+                On::Cells => 2.0 * depth(self.cells.placed(number).at(solid.kind().middle()).0),
+            };
+            let place = centre + outwards * (BEYOND * far);
+            let is_free = far > 0.0 && finder.find(place).is_none();
+            is_free.then(|| (place, f64::NAN, spread(face)))
+        };
+        let found = mapped(faces.len(), A_PART, beyond, ticket)?;
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    /// How many [`CellField::samples`] have a number.
     pub fn sample_count(&self) -> usize {
         if self.on == On::Cells {
             return self.solids_there().count();

@@ -107,6 +107,7 @@ pub struct Cells {
     census: Census,
     /// Once someone has asked: each picture does.
     median_edge: OnceLock<f64>,
+    bounds: OnceLock<[DVec3; 2]>,
     /// The first point at the place of each, where some are at one place; once someone has asked.
     places: OnceLock<Option<Box<[u32]>>>,
 }
@@ -192,6 +193,7 @@ impl Cells {
             lists,
             census,
             median_edge: OnceLock::new(),
+            bounds: OnceLock::new(),
             places: OnceLock::new(),
         })
     }
@@ -223,6 +225,7 @@ impl Cells {
             lists: (Vec::new(), Vec::new()),
             census: Census { by_type, ..Census::default() },
             median_edge: OnceLock::new(),
+            bounds: OnceLock::new(),
             places: OnceLock::new(),
         }
     }
@@ -321,6 +324,10 @@ impl Cells {
 
     /// Least and greatest coordinates of the solids; of all points where there is no solid.
     pub fn bounds(&self) -> [DVec3; 2] {
+        *self.bounds.get_or_init(|| self.measured_bounds())
+    }
+
+    fn measured_bounds(&self) -> [DVec3; 2] {
         let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let wider = |[low, high]: [DVec3; 2], point: &DVec3| [low.min(*point), high.max(*point)];
         if self.solids.is_empty() {

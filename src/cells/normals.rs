@@ -269,7 +269,7 @@ fn faces_about(
 }
 
 /// A face's area, out of its solid.
-fn area_of(cells: &Cells, face: &Face) -> DVec3 {
+pub(super) fn area_of(cells: &Cells, face: &Face) -> DVec3 {
     let points = cells.points();
     let [a, b, c, d] = face.corners.map(|corner| points[corner as usize]);
     // Half of what the diagonals span; of a triangle its own.

@@ -8,11 +8,12 @@ use crate::kernel::Bounds;
 use crate::rbf::{Blend, Listed};
 use glam::DVec3;
 
-/// Words before the lists: where these and the functions begin.
-const HEAD: usize = 2;
+/// Words before the lists: where these and the functions begin, and the range of a mean.
+const HEAD: usize = 3;
 
-/// Functions as words: where the lists and the functions begin; where the list of each cell begins, and the last ends; where
-/// something is added for functions that cells leave out, that at the corners of each; the lists; of each function its centre, the upper triangle of its shape by rows, its weight and its reach.
+/// Functions as words: where the lists and the functions begin, and the range of a mean; where the list of each cell begins, and the last ends; where
+/// something is added for functions that cells leave out, that at the corners of each; the lists; of each function its centre, the upper triangle of its shape by rows, its weight, its
+/// reach and its height.
 pub(super) fn words(listed: &Listed) -> Vec<u32> {
     let Listed { starts, lists, functions, reaches, .. } = listed;
     let corners = listed.left_out.as_ref().map_or(&[][..], |left_out| &left_out.corners);
@@ -22,13 +23,14 @@ pub(super) fn words(listed: &Listed) -> Vec<u32> {
         clippy::cast_possible_truncation,
         reason = "32-bit places, checked by who stores them"
     )]
-    let head = [lists_at as u32, functions_at as u32];
-    let records = functions.iter().zip(reaches).flat_map(|(function, reach)| {
+    let head = [lists_at as u32, functions_at as u32, (listed.range as f32).to_bits()];
+    let records = functions.iter().zip(reaches).enumerate().flat_map(|(i, (function, reach))| {
+        let height = listed.heights.get(i).copied().unwrap_or(1.0);
         let rows = function.shape.transpose();
         let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis];
         let [cx, cy, cz] = function.centre.to_array();
         #[expect(clippy::cast_possible_truncation, reason = "shaders have 32 bits")]
-        let record = [cx, cy, cz, x.x, x.y, x.z, y.y, y.z, z.z, function.weight, *reach]
+        let record = [cx, cy, cz, x.x, x.y, x.z, y.y, y.z, z.z, function.weight, *reach, height]
             .map(|number| (number as f32).to_bits());
         record
     });

@@ -458,6 +458,7 @@ impl SlabPass {
             constants.extend(shade.constants());
             constants.push(match settings.kernel {
                 Kernel::BSpline if is_natural => ("growth", 0.0),
+                Kernel::Ellipsoids if shade.of_borders => ("growth", 6.0),
                 Kernel::Functions | Kernel::Ellipsoids => ("growth", 3.0),
                 Kernel::Cells if shade.of_borders => ("growth", 5.0),
                 Kernel::Cells => ("growth", 4.0),

@@ -9,7 +9,7 @@ use super::lattice::NOTHING;
 use crate::core::parallel;
 use crate::core::{Cancelled, Ticket, mapped};
 use crate::kernel::Bounds;
-use crate::rbf::{Basis, Blend, Encoding, Function, LeftOut, Limits, Listed};
+use crate::rbf::{Basis, Blend, Encoding, Function, LIT, LeftOut, Limits, Listed};
 use crate::volume::Lattice;
 
 /// Functions between two looks at the ticket.
@@ -24,6 +24,8 @@ pub(super) struct Summand {
     pub weight: f32,
     /// The squared distance, in widths, at which it ends.
     pub reach: f32,
+    /// Of a mean, what it is at its centre, less than 0 of a hole; 1 of a sum.
+    pub height: f32,
 }
 
 impl Summand {
@@ -98,6 +100,7 @@ impl Functions {
                 shape: [x.x, x.y, x.z, y.y, y.z, z.z].map(|v| v as f32),
                 weight: function.weight as f32,
                 reach: reach as f32,
+                height: listed.heights.get(i).map_or(1.0, |height| *height as f32),
             }
         };
         let all = mapped(listed.functions.len(), A_RUN, narrow, ticket)?;
@@ -225,40 +228,87 @@ impl Functions {
 
     #[inline(always)]
     fn value_at<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
+        if self.is_mean() {
+            let (value, coverage) = self.weighed_at(simd, place);
+            return covered(simd, value, coverage);
+        }
         let zero = all(simd, 0.0);
-        let (mut sum, mut total) = (zero, zero);
+        let mut sum = zero;
         self.each(
             simd,
             place,
             #[inline(always)]
             |function, _, square, within| {
-                let phi = basis_of(simd, self.basis(), square) - self.end();
-                let phi = choose(within, phi, zero);
+                let phi = choose(within, basis_of(simd, self.basis(), square), zero);
                 sum += phi * function.weight;
-                total += phi;
             },
         );
-        if self.is_mean() {
-            return mean(simd, sum, total);
-        }
         if self.corners.is_empty() { sum } else { sum + self.added(simd, place).0 }
     }
 
-    /// The values' growth per index at places. Of a sum Σ 2 w φ′(r²) Sᵀ S (x − c), of a mean the same of w − s, by Σ φ.
+    /// Of a mean, what it comes to at places, and how far these are covered (`rbf::Blend::Mean`): it has a value from 1 on.
+    #[inline(never)]
+    pub(super) fn weighed<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Lanes<S>, Lanes<S>) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.weighed_at(simd, place),
+        )
+    }
+
+    #[inline(always)]
+    fn weighed_at<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Lanes<S>, Lanes<S>) {
+        let zero = all(simd, 0.0);
+        let (mut sum, mut total, mut coverage) = (zero, zero, zero);
+        self.each(
+            simd,
+            place,
+            #[inline(always)]
+            |function, _, square, within| {
+                let phi = (basis_of(simd, self.basis(), square) - self.end()) * function.height;
+                let phi = choose(within, phi, zero);
+                coverage += phi;
+                if function.height > 0.0 {
+                    sum += phi * function.weight;
+                    total += phi;
+                }
+            },
+        );
+        (mean(simd, sum, total), coverage)
+    }
+
+    /// The values' growth per index at places. Of a sum Σ 2 w φ′(r²) Sᵀ S (x − c), of a mean the same of (w − s) h, by Σ h φ.
     #[inline(never)]
     pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
         simd.vectorize(
             #[inline(always)]
-            || self.gradient_at(simd, place),
+            || match self.is_mean() {
+                true => self.growths_at(simd, place).0,
+                false => self.gradient_at(simd, place),
+            },
+        )
+    }
+
+    /// What light takes for that (`rbf::Encoding::growth_for_light`).
+    #[inline(never)]
+    pub(super) fn growth_for_light<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || match self.is_mean() {
+                true => {
+                    let (growth, border) = self.growths_at(simd, place);
+                    let zero = all(simd, 0.0);
+                    let is_across = border.dot(growth).simd_lt(zero);
+                    border.add(growth.scaled(choose(is_across, all(simd, -1.0), all(simd, 1.0))))
+                }
+                false => self.gradient_at(simd, place),
+            },
         )
     }
 
     #[inline(always)]
     fn gradient_at<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
-        let (zero, none) = (all(simd, 0.0), Vec3::splat(simd, [0.0; 3]));
-        let (mut growth, mut of_total) = (none, none);
-        let (mut sum, mut total) = (zero, zero);
-        let is_mean = self.is_mean();
+        let zero = all(simd, 0.0);
+        let mut growth = Vec3::splat(simd, [0.0; 3]);
         self.each(
             simd,
             place,
@@ -270,22 +320,43 @@ impl Functions {
                     Basis::Multiquadric => phi * phi * phi,
                 };
                 growth = growth.add(function.turned(offset.scaled(slope * -function.weight)));
-                if is_mean {
-                    of_total = of_total.add(function.turned(offset.scaled(-slope)));
-                    let phi = choose(within, phi - self.end(), zero);
-                    sum += phi * function.weight;
-                    total += phi;
+            },
+        );
+        if self.corners.is_empty() { growth } else { growth.add(self.added(simd, place).1) }
+    }
+
+    /// Of a mean, its growth and what stands for that at its border.
+    #[inline(always)]
+    fn growths_at<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Vec3<S>, Vec3<S>) {
+        let (zero, one, none) = (all(simd, 0.0), all(simd, 1.0), Vec3::splat(simd, [0.0; 3]));
+        let (mut growth, mut of_total, mut thickening) = (none, none, none);
+        let (mut sum, mut total, mut coverage) = (zero, zero, zero);
+        self.each(
+            simd,
+            place,
+            #[inline(always)]
+            |function, offset, square, within| {
+                let phi = basis_of(simd, self.basis(), square);
+                let slope = choose(within, phi * -function.height, zero);
+                let along = function.turned(offset.scaled(slope));
+                let share = choose(within, (phi - self.end()) * function.height, zero);
+                coverage += share;
+                thickening = thickening.add(along);
+                if function.height > 0.0 {
+                    growth = growth.add(along.scaled(all(simd, function.weight)));
+                    of_total = of_total.add(along);
+                    sum += share * function.weight;
+                    total += share;
                 }
             },
         );
-        if !is_mean {
-            let is_added = !self.corners.is_empty();
-            return if is_added { growth.add(self.added(simd, place).1) } else { growth };
-        }
         let is_there = total.simd_gt(zero);
-        let share =
-            choose(is_there, all(simd, 1.0) / choose(is_there, total, all(simd, 1.0)), zero);
-        growth.add(of_total.scaled(-(sum * share))).scaled(share)
+        let share = choose(is_there, one / choose(is_there, total, one), zero);
+        let growth = growth.add(of_total.scaled(-(sum * share))).scaled(share);
+        #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
+        let (lit, range) = (LIT as f32, self.listed.range as f32);
+        let near = ((all(simd, lit) - coverage) * (1.0 / (lit - 1.0))).max(zero).min(one);
+        (growth, thickening.scaled(near * near * range))
     }
 
     /// What is added at places for functions that their cells leave out, and how that grows per index.
@@ -341,11 +412,17 @@ impl Functions {
     }
 }
 
-/// Σ w φ / Σ φ; nowhere where no function reaches.
+/// Σ w h φ / Σ h φ; 0 where there is nothing to weigh.
 #[inline(always)]
 pub(super) fn mean<S: Simd>(simd: S, sum: Lanes<S>, total: Lanes<S>) -> Lanes<S> {
     let is_there = total.simd_gt(all(simd, 0.0));
-    choose(is_there, sum / choose(is_there, total, all(simd, 1.0)), all(simd, NOTHING))
+    choose(is_there, sum / choose(is_there, total, all(simd, 1.0)), all(simd, 0.0))
+}
+
+/// Values of a mean, and nothing where it has none.
+#[inline(always)]
+pub(super) fn covered<S: Simd>(simd: S, value: Lanes<S>, coverage: Lanes<S>) -> Lanes<S> {
+    choose(coverage.simd_ge(all(simd, 1.0)), value, all(simd, NOTHING))
 }
 
 /// Rays whose cell was not looked at yet.

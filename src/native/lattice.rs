@@ -672,6 +672,23 @@ impl Lattice {
         Vec3 { x, y, z }
     }
 
+    /// What light takes for that: of ellipsoids, where it falls on borders, something else near these.
+    #[inline(always)]
+    pub(super) fn lit_growth<S: Simd>(
+        &self,
+        simd: S,
+        method: Method,
+        place: Vec3<S>,
+        of_borders: bool,
+    ) -> Vec3<S> {
+        match &self.own {
+            Some(Own::Functions(functions)) if of_borders && method == Method::Functions => {
+                functions.growth_for_light(simd, place)
+            }
+            _ => self.gradient(simd, method, place),
+        }
+    }
+
     /// The rays that a method finds no value for.
     #[inline(always)]
     pub(super) fn is_nothing<S: Simd>(simd: S, method: Method, value: Lanes<S>) -> Mask<S> {

@@ -7,10 +7,9 @@
 
 use fearless_simd::{Simd, prelude::*};
 
-use super::functions::{Functions, basis_of, mean};
+use super::functions::{Functions, basis_of, covered, mean};
 use super::landed::{Entry, Landed};
 use super::lanes::{Lanes, Mask, all, any, choose, exponential, logarithm};
-use super::lattice::NOTHING;
 use super::own::{Found, no_border, widen_border};
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
@@ -22,8 +21,32 @@ use crate::scene::{Classify, View};
 /// Products go from face to face as long as no ray begins so far down a function's flank, as an exponent.
 const STEEPEST: f32 = 20.0;
 
+/// Steps towards the place where a mean ends.
+const STEPS: usize = 5;
+/// Places of a slab, as shares of it, at which it is looked for a mean that neither face has.
+const LOOKS: [f32; 3] = [0.25, 0.5, 0.75];
+
 /// Functions that are placed between two looks at the ticket.
 const A_RUN: usize = 1 << 13;
+
+/// A place of rays, and what a mean has there.
+#[derive(Clone, Copy)]
+struct Covered<S: Simd> {
+    t: Lanes<S>,
+    cover: Lanes<S>,
+    value: Lanes<S>,
+}
+
+impl<S: Simd> Covered<S> {
+    #[inline(always)]
+    fn choose(mask: Mask<S>, yes: Self, no: Self) -> Self {
+        Self {
+            t: choose(mask, yes.t, no.t),
+            cover: choose(mask, yes.cover, no.cover),
+            value: choose(mask, yes.value, no.value),
+        }
+    }
+}
 
 /// Where the functions land in a picture.
 ///
@@ -83,9 +106,11 @@ pub(super) struct Sums<'a, S: Simd> {
     list: &'a [Entry],
     window: Window,
     ends: Ends<S>,
-    values: [Lanes<S>; FACES],
-    /// Of functions that are weighed against each other: Σ φ, and see [`Found::border`].
-    totals: [Lanes<S>; FACES],
+    values: [Lanes<S>; FACES + 1],
+    /// Of functions that are weighed against each other: Σ h φ of those that are no holes, the coverage, and see
+    /// [`Found::border`]. Of the face behind the last as well.
+    totals: [Lanes<S>; FACES + 1],
+    coverages: [Lanes<S>; FACES + 1],
     borders: [[Lanes<S>; 4]; FACES],
 }
 
@@ -93,6 +118,7 @@ pub(super) struct Sums<'a, S: Simd> {
 #[derive(Clone, Copy)]
 struct Along<S: Simd> {
     weight: f32,
+    height: f32,
     middle: Lanes<S>,
     half: Lanes<S>,
     near: Lanes<S>,
@@ -112,8 +138,9 @@ impl<'a, S: Simd> Sums<'a, S> {
             list: landed.on(at),
             window: Window::new(asked, rays.step),
             ends: Ends::new(),
-            values: [all(simd, 0.0); FACES],
-            totals: [all(simd, 0.0); FACES],
+            values: [all(simd, 0.0); FACES + 1],
+            totals: [all(simd, 0.0); FACES + 1],
+            coverages: [all(simd, 0.0); FACES + 1],
             borders: [no_border(simd); FACES],
         }
     }
@@ -186,7 +213,8 @@ impl<'a, S: Simd> Sums<'a, S> {
         let half = choose(is_met, half, all(simd, -1.0));
         let middle = (t + begin) * (1.0 / self.window.step);
         let a = a * (self.window.step * self.window.step);
-        Some(Along { weight: function.weight, middle, half, near, a })
+        let (weight, height) = (function.weight, function.height);
+        Some(Along { weight, height, middle, half, near, a })
     }
 
     /// Sums up at all faces that are to be there. Not inlined: few ask, and for many faces.
@@ -206,10 +234,12 @@ impl<'a, S: Simd> Sums<'a, S> {
 
     #[inline(always)]
     fn sum_up<const MEAN: bool>(&mut self, simd: S, packet: &Packet<S>) {
-        let (count, step) = (self.window.len(), self.window.step);
+        let step = self.window.step;
+        let count = self.window.len() + usize::from(MEAN);
         self.values[..count].fill(all(simd, 0.0));
         if MEAN {
             self.totals[..count].fill(all(simd, 0.0));
+            self.coverages[..count].fill(all(simd, 0.0));
         }
         let first = self.window.begin();
         let of_means = self.window.asked == Asked::Means;
@@ -250,63 +280,120 @@ impl<'a, S: Simd> Sums<'a, S> {
         simd: S,
         i: usize,
         (phi, within): (Lanes<S>, Mask<S>),
-        weight: f32,
+        along: &Along<S>,
     ) {
-        let phi = if MEAN { phi - self.functions.end() } else { phi };
+        let phi = if MEAN { (phi - self.functions.end()) * along.height } else { phi };
         let phi = choose(within, phi, all(simd, 0.0));
-        self.values[i] += phi * weight;
         if MEAN {
+            self.coverages[i] += phi;
+            if along.height < 0.0 {
+                return;
+            }
             self.totals[i] += phi;
+        }
+        self.values[i] += phi * along.weight;
+    }
+
+    /// Makes means of sums, and finds where rays pass the border of a mean in slabs of which a face has none.
+    #[inline(always)]
+    fn weigh(&mut self, simd: S, packet: &Packet<S>) {
+        let count = self.window.len();
+        for i in 0..=count {
+            self.values[i] = mean(simd, self.values[i], self.totals[i]);
+        }
+        if self.window.asked == Asked::Faces {
+            for i in 0..count {
+                self.borders[i] = self.border_of(simd, packet, i);
+            }
+        }
+        for i in 0..count {
+            self.values[i] = covered(simd, self.values[i], self.coverages[i]);
         }
     }
 
-    /// Makes means of sums, and finds the borders of slabs of which a face has none. The slab behind the last face always is
-    /// one: what its other face has is not known yet.
+    /// Where rays pass the border in a slab, and the values there.
     #[inline(always)]
-    fn weigh(&mut self, simd: S, packet: &Packet<S>) {
-        let (count, step) = (self.window.len(), self.window.step);
-        let nothing = all(simd, NOTHING);
-        let mut open = [count - 1; 2];
-        for i in 0..count {
-            self.values[i] = mean(simd, self.values[i], self.totals[i]);
-            self.borders[i] = no_border(simd);
-            if any(self.values[i].simd_eq(nothing) & packet.is_there) {
-                open = [open[0].min(i.saturating_sub(1)), open[1].max(i)];
+    fn border_of(&self, simd: S, packet: &Packet<S>, i: usize) -> [Lanes<S>; 4] {
+        let mut border = no_border(simd);
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let first = self.window.begin() + i as f32;
+        let mut ends = [Covered { t: zero, cover: zero, value: zero }; 2];
+        for side in 0..2 {
+            let whole = all(simd, (first + side as f32) * self.window.step);
+            let t = whole.max(packet.enter).min(packet.leave);
+            let (mut value, mut cover) = (self.values[i + side], self.coverages[i + side]);
+            let is_elsewhere = !t.simd_eq(whole) & packet.is_there;
+            if any(is_elsewhere) {
+                let (found, there) = self.functions.weighed(simd, packet.at(t));
+                value = choose(is_elsewhere, found, value);
+                cover = choose(is_elsewhere, there, cover);
+            }
+            ends[side] = Covered { t, cover, value };
+        }
+        let [near, far] = ends;
+        let is_slab = near.t.simd_lt(far.t) & packet.is_there;
+        let is_in = [near.cover.simd_ge(one), far.cover.simd_ge(one)];
+        let is_passed = is_slab & (is_in[0] ^ is_in[1]);
+        if any(is_passed) {
+            let outside = Covered::choose(is_in[0], far, near);
+            let inside = Covered::choose(is_in[0], near, far);
+            let found = self.passed(simd, packet, outside, inside);
+            widen_border(&mut border, is_passed, found);
+        }
+        // What lies between two faces is told by what is on either side: coverage rises up to the slab, and falls behind it.
+        let before = if i > 0 { self.coverages[i - 1] } else { zero };
+        let behind = if i + 1 < self.window.len() { self.coverages[i + 2] } else { zero };
+        let is_top = near.cover.simd_ge(before) & far.cover.simd_ge(behind);
+        let is_near = near.cover.max(far.cover).simd_gt(zero);
+        let may_be = is_slab & !is_in[0] & !is_in[1] & is_top & is_near;
+        if any(may_be) {
+            let mut most = near;
+            for share in LOOKS {
+                let t = (far.t - near.t).mul_add(all(simd, share), near.t);
+                let (value, cover) = self.functions.weighed(simd, packet.at(t));
+                let is_more = cover.simd_gt(most.cover);
+                most = Covered::choose(is_more, Covered { t, cover, value }, most);
+            }
+            let is_there = may_be & most.cover.simd_ge(one);
+            if any(is_there) {
+                for outside in ends {
+                    let found = self.passed(simd, packet, outside, most);
+                    widen_border(&mut border, is_there, found);
+                }
             }
         }
-        if self.window.asked != Asked::Faces {
-            return;
+        border
+    }
+
+    /// A place inside, as near as it is found to where coverage passes 1 on the way to one outside, and the value there: by false
+    /// position, the end that stays twice counting half (Illinois).
+    #[inline(always)]
+    fn passed(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        mut outside: Covered<S>,
+        mut inside: Covered<S>,
+    ) -> (Lanes<S>, Lanes<S>) {
+        let (zero, one, half) = (all(simd, 0.0), all(simd, 1.0), all(simd, 0.5));
+        // How far coverage is off 1, or half of it.
+        let mut off = [outside.cover - one, inside.cover - one];
+        for _ in 0..STEPS {
+            let rise = off[1] - off[0];
+            let has_rise = rise.simd_gt(zero);
+            let share = choose(has_rise, -off[0] / choose(has_rise, rise, one), one);
+            let share = share.max(zero).min(one);
+            let t = (inside.t - outside.t).mul_add(share, outside.t);
+            let (value, cover) = self.functions.weighed(simd, packet.at(t));
+            let (is_in, found) = (cover.simd_ge(one), Covered { t, cover, value });
+            off = [
+                choose(is_in, off[0] * half, cover - one),
+                choose(is_in, cover - one, off[1] * half),
+            ];
+            inside = Covered::choose(is_in, found, inside);
+            outside = Covered::choose(is_in, outside, found);
         }
-        let first = self.window.first() as f32;
-        let depths = [open[0], open[1] + 1].map(|i| (first + i as f32) * step);
-        let list = self.list;
-        for entry in list {
-            let Some(along) = self.along(simd, packet, entry, depths) else { continue };
-            let is_met = along.half.simd_ge(all(simd, 0.0));
-            let value = all(simd, along.weight);
-            for end in [along.middle - along.half, along.middle + along.half] {
-                let slab = end.floor() - first;
-                let far = all(simd, 1e9);
-                let low = choose(is_met, slab, far).reduce_min().max(open[0] as f32);
-                let high = choose(is_met, slab, -far).reduce_max().min(open[1] as f32);
-                if low > high {
-                    continue;
-                }
-                let t = end * step;
-                // What ends before the ray begins, or beyond its end, is no border of a slab.
-                let is_kept = is_met & t.simd_ge(packet.enter) & t.simd_le(packet.leave);
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "0..32"
-                )]
-                let slabs = low as usize..=high as usize;
-                for i in slabs {
-                    let here = is_kept & slab.simd_eq(all(simd, i as f32));
-                    widen_border(&mut self.borders[i], here, (t, value));
-                }
-            }
-        }
+        (inside.t, inside.value)
     }
 
     /// Adds what a function has at faces from `low` to `high`, each by itself.
@@ -322,7 +409,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             let square = (off * off).mul_add(along.a, along.near);
             let phi = basis_of(simd, self.functions.basis(), square);
             let within = off.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (phi, within), along.weight);
+            self.add::<MEAN>(simd, i, (phi, within), along);
         }
     }
 
@@ -355,7 +442,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         let mut place = off;
         for i in begin..=high {
             let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (value, within), along.weight);
+            self.add::<MEAN>(simd, i, (value, within), along);
             value *= ratio;
             ratio *= shrinking;
             place += all(simd, 1.0);
@@ -366,7 +453,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         for i in (low..begin).rev() {
             ratio *= shrinking;
             let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (value, within), along.weight);
+            self.add::<MEAN>(simd, i, (value, within), along);
             value *= ratio;
             place -= all(simd, 1.0);
         }

@@ -269,6 +269,7 @@ impl Scene<'_> {
         let (mut border_near, mut border_far) = (None, None);
         let is_shaded =
             W::MORE && self.light.is_some_and(|light| light.is_of_slabs && light.uses_gradient);
+        let of_borders = self.light.is_some_and(|light| light.is_of_borders);
         let grows_with_value = lattice.grows_with_value(method);
         let depth_of = |k: i32| all(simd, k as f32 * step).max(packet.enter).min(packet.leave);
         let mut faces = Faces::new([first, last]);
@@ -346,7 +347,7 @@ impl Scene<'_> {
                 let are_there = near.is_there & far.is_there;
                 if method.is_own() {
                     // Nearer to the eye, whatever comes first.
-                    let of = (*lattice, *table, packet, (method, is_shaded));
+                    let of = (*lattice, *table, packet, (method, is_shaded, of_borders));
                     match back {
                         true => trim(simd, of, border_far, [&mut far, &mut near]),
                         false => trim(simd, of, border_near, [&mut near, &mut far]),
@@ -384,8 +385,9 @@ impl Scene<'_> {
                         was_lit = is_shaded;
                         // No closure: those that are not inlined know no wide instructions.
                         let growth = if is_shaded {
-                            let a = near.growth(simd, (lattice, method, &self.levels), packet);
-                            let b = far.growth(simd, (lattice, method, &self.levels), packet);
+                            let of = (*lattice, method, &self.levels, of_borders);
+                            let a = near.growth(simd, of, packet);
+                            let b = far.growth(simd, of, packet);
                             growths = [near.growth, far.growth];
                             Some(Growth::Between([a, b]))
                         } else {
@@ -488,7 +490,13 @@ impl Scene<'_> {
                     let growth = match stored.growth {
                         Some(growth) if shader.uses_gradient => Some(Growth::At(growth)),
                         None if shader.uses_gradient => {
-                            Some(Growth::At(lattice.gradient(simd, method, packet.at(t))))
+                            let of_borders = shader.is_of_borders;
+                            Some(Growth::At(lattice.lit_growth(
+                                simd,
+                                method,
+                                packet.at(t),
+                                of_borders,
+                            )))
                         }
                         _ => None,
                     };
@@ -670,7 +678,12 @@ struct Border<S: Simd> {
 #[inline(always)]
 fn trim<S: Simd>(
     simd: S,
-    (lattice, table, packet, (method, is_shaded)): (&Lattice, &Table, &Packet<S>, (Method, bool)),
+    (lattice, table, packet, (method, is_shaded, of_borders)): (
+        &Lattice,
+        &Table,
+        &Packet<S>,
+        (Method, bool, bool),
+    ),
     border: Option<Border<S>>,
     [near, far]: [&mut Face<S>; 2],
 ) {
@@ -682,25 +695,16 @@ fn trim<S: Simd>(
     let is_within = nearest.simd_ge(near.t) & farthest.simd_le(far.t) & nearest.simd_le(farthest);
     let (begins, ends) = (begins & is_within, ends & is_within);
     if is_shaded {
-        let of = (lattice, method, &None);
+        let of = (lattice, method, &None, of_borders);
         let growths = [near.growth(simd, of, packet), far.growth(simd, of, packet)];
         let [of_near, of_far] = match known {
             Some([first, last]) => {
                 [Vec3::choose(begins, first, growths[0]), Vec3::choose(ends, last, growths[1])]
             }
             None => {
-                // What is there grows as the other face does; between two that are not there, as in the middle.
-                let is_thin = begins & ends;
-                let mut found = [
-                    Vec3::choose(begins, growths[1], growths[0]),
-                    Vec3::choose(ends, growths[0], growths[1]),
-                ];
-                if any(is_thin) {
-                    let middle = packet.at((nearest + farthest) * 0.5);
-                    let middle = lattice.gradient(simd, method, middle);
-                    found = found.map(|growth| Vec3::choose(is_thin, middle, growth));
-                }
-                found
+                let first = lattice.lit_growth(simd, method, packet.at(nearest), of_borders);
+                let last = lattice.lit_growth(simd, method, packet.at(farthest), of_borders);
+                [Vec3::choose(begins, first, growths[0]), Vec3::choose(ends, last, growths[1])]
             }
         };
         (near.growth, far.growth) = (Some(of_near), Some(of_far));
@@ -719,7 +723,7 @@ impl<S: Simd> Face<S> {
     fn growth(
         &mut self,
         simd: S,
-        (lattice, method, levels): (&Lattice, Method, &Option<Levels<'_>>),
+        (lattice, method, levels, of_borders): (&Lattice, Method, &Option<Levels<'_>>, bool),
         packet: &Packet<S>,
     ) -> Vec3<S> {
         match self.growth {
@@ -728,7 +732,7 @@ impl<S: Simd> Face<S> {
                 let place = packet.at(self.t);
                 let growth = match levels {
                     Some(levels) if self.level > 0 => levels.gradient(simd, self.level, place),
-                    _ => lattice.gradient(simd, method, place),
+                    _ => lattice.lit_growth(simd, method, place, of_borders),
                 };
                 self.growth = Some(growth);
                 growth

@@ -27,6 +27,8 @@ pub struct Mesh {
     soft_normals: Vec<[Vec3; 3]>,
     /// What is framed at first, world; `None` where it is all.
     frame: Option<[DVec3; 2]>,
+    /// It is bodies about points: those that an array has no number of are not there where that colours them.
+    is_of_points: bool,
 }
 
 /// Numbers on a mesh.
@@ -166,6 +168,7 @@ impl Mesh {
             triangle_colours,
             soft_normals,
             frame: None,
+            is_of_points: false,
         })
     }
 
@@ -174,6 +177,17 @@ impl Mesh {
     #[must_use]
     pub fn framed_by(self, frame: Option<[DVec3; 2]>) -> Self {
         Self { frame, ..self }
+    }
+
+    /// The same as bodies about points.
+    #[must_use]
+    pub fn of_points(self) -> Self {
+        Self { is_of_points: true, ..self }
+    }
+
+    /// Whether it is bodies about points, of which those without a number are not drawn where numbers colour them.
+    pub fn is_of_points(&self) -> bool {
+        self.is_of_points
     }
 
     /// The places, world, that are to be in the picture where it is framed.
@@ -294,6 +308,7 @@ impl Mesh {
             arrays: Vec::new(),
             triangle_colours: Vec::new(),
             frame: self.frame,
+            is_of_points: self.is_of_points,
         })
     }
 

@@ -77,10 +77,25 @@ pub enum Blend {
     /// Their sum (Jang).
     #[default]
     Sum,
-    /// Their mean, each weighed by how near it is: Σ wᵢ φᵢ / Σ φᵢ (Shepard), φ less what it is where it ends. A constant
-    /// stays one; nothing is where none reaches.
+    /// Their mean, each weighed by how near it is: Σ wᵢ hᵢ φᵢ / Σ hᵢ φᵢ (Shepard), φ less what it is where it ends. A constant
+    /// stays one. Heights hᵢ make the *coverage* Σ hᵢ φᵢ about 1 / [`SHARE`] among functions, however they lie; nothing is where
+    /// it is less than 1, so that a mean ends about as far beyond the last functions as these lie apart, halved. Functions
+    /// without a weight take twice as much from the coverage as they would give, and nothing from the mean: they are holes.
     Mean,
 }
+
+/// Widths at which the functions of a mean end: 1.8 steps of a cubic lattice, whose places are 0.87 from a sample at most.
+pub(super) const REACH: f64 = 3.0;
+/// Of what covers places among functions, the share down to which a mean goes on beyond them: half a step beyond a lattice. Of
+/// places among points at random a thousandth has less.
+const SHARE: f64 = 0.4;
+/// What a hole takes, of what a function of its width gives: so much makes it a step of a lattice wide.
+const HOLE: f64 = 2.0;
+/// The coverage from which on light falls as values grow; below it, down to 1, more and more as the border is turned.
+pub const LIT: f64 = 2.25;
+/// Widths beyond its last function that a mean reaches at most, or about so: there a function alone covers a third of what it
+/// would have to.
+const BORDER: f64 = 2.0;
 
 /// The sum s(x) = b + Σ wᵢ φ(|Sᵢ (x − cᵢ)|) in a box, or the mean of the weights by φ. Each function counts only where it is
 /// at least ε.
@@ -93,6 +108,10 @@ pub struct Encoding {
     functions: Vec<Function>,
     /// The squared distance, in widths, at which each ends.
     reaches: Vec<f64>,
+    /// Of a mean, what each is at its centre, less than 0 where it is a hole; empty of a sum.
+    heights: Vec<f64>,
+    /// Of a mean, how far its functions' weights lie apart, 1 where they do not; 0 of a sum.
+    range: f64,
     bounds: [DVec3; 2],
     /// Made once a value is asked for: pictures have lists of their own.
     tree: OnceLock<Cell>,
@@ -131,22 +150,65 @@ impl Encoding {
             functions.into_iter().filter_map(|f| Some((f, basis.reach_square(f.weight, epsilon)?)));
         let (functions, reaches) = reaching.unzip();
         let (blend, tree, least) = (Blend::Sum, OnceLock::new(), OnceLock::new());
-        Self { basis, blend, bias, epsilon, functions, reaches, bounds, tree, least }
+        let (heights, range) = (Vec::new(), 0.0);
+        Self {
+            basis,
+            blend,
+            bias,
+            epsilon,
+            functions,
+            reaches,
+            heights,
+            range,
+            bounds,
+            tree,
+            least,
+        }
     }
 
-    /// The mean of ellipsoidal Gaussians, each of which ends at so many widths from its centre; it is told in the box about
-    /// all of them. Their weights are less the bias.
-    pub fn mean(bias: f64, reach: f64, functions: Vec<Function>) -> Self {
+    /// The mean of ellipsoidal Gaussians, told in the box about all places that it has. Those whose weight is not finite are holes.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn mean(mut functions: Vec<Function>, ticket: &Ticket) -> Result<Self, Cancelled> {
         let (basis, blend) = (Basis::Ellipsoid, Blend::Mean);
-        let reaches = vec![reach * reach; functions.len()];
+        let reaches = vec![REACH * REACH; functions.len()];
+        let epsilon = basis.of_square(REACH * REACH);
+        let is_there = |function: &&Function| function.weight.is_finite();
+        let there = functions.iter().filter(is_there);
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        let [least, most] =
+            there.clone().fold(none, |[a, b], f| [a.min(f.weight), b.max(f.weight)]);
         let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let bounds = functions.iter().fold(none, |[low, high], function| {
-            let half = function.half_box(reach * reach);
-            [low.min(function.centre - half), high.max(function.centre + half)]
+        let bounds = there.fold(none, |[low, high], function| {
+            let [own_low, own_high] = box_about(function, BORDER * BORDER);
+            [low.min(own_low), high.max(own_high)]
         });
-        let epsilon = basis.of_square(reach * reach);
+        let heights = totals(&functions, epsilon, ticket)?.into_iter().zip(&functions);
+        let height = |(total, function): (f64, &Function)| {
+            (SHARE * total).recip() * if is_there(&function) { 1.0 } else { -HOLE }
+        };
+        let heights = heights.map(height).collect();
+        let bias = if least <= most { least / 2.0 + most / 2.0 } else { 0.0 };
+        for function in &mut functions {
+            function.weight = if is_there(&&*function) { function.weight - bias } else { 0.0 };
+        }
+        // Where all are alike any will do.
+        let range = if most > least { most - least } else { 1.0 };
         let (tree, least) = (OnceLock::new(), OnceLock::new());
-        Self { basis, blend, bias, epsilon, functions, reaches, bounds, tree, least }
+        Ok(Self {
+            basis,
+            blend,
+            bias,
+            epsilon,
+            functions,
+            reaches,
+            heights,
+            range,
+            bounds,
+            tree,
+            least,
+        })
     }
 
     /// How functions that overlap make one value.
@@ -179,31 +241,64 @@ impl Encoding {
         self.bounds
     }
 
-    /// The value at a place; not a number where none is. Beyond the box, where there is no tree, all functions of a sum are
-    /// looked at; none of a mean reaches there.
+    /// The value at a place; not a number where none is.
     pub fn value(&self, at: DVec3) -> f64 {
-        let [low, high] = self.bounds;
-        if at.cmplt(low).any() || at.cmpgt(high).any() {
-            return match self.blend {
-                Blend::Sum => self.blended(0..self.functions.len(), at),
-                Blend::Mean => f64::NAN,
-            };
+        match self.blend {
+            Blend::Sum => {
+                let mut sum = 0.0;
+                self.each_about(at, |i| sum += self.functions[i].weight * self.phi(i, at));
+                self.bias + sum
+            }
+            Blend::Mean => {
+                let found = self.weighed(at);
+                if found.coverage < 1.0 { f64::NAN } else { self.bias + found.mean() }
+            }
         }
-        self.blended(self.near(at).iter().map(|i| *i as usize), at)
+    }
+
+    /// Of a mean, how far functions cover a place: it has a value from 1 on.
+    pub fn coverage(&self, at: DVec3) -> f64 {
+        self.weighed(at).coverage
+    }
+
+    /// Calls with the functions that may reach a place. Beyond the box, where there is no tree, all functions of a sum may; a mean
+    /// has nothing there.
+    fn each_about(&self, at: DVec3, mut call: impl FnMut(usize)) {
+        let [low, high] = self.bounds;
+        if at.cmpge(low).all() && at.cmple(high).all() {
+            self.near(at).iter().for_each(|i| call(*i as usize));
+        } else if self.blend == Blend::Sum {
+            (0..self.functions.len()).for_each(call);
+        }
+    }
+
+    /// The sums at a place that a mean is made of.
+    fn weighed(&self, at: DVec3) -> Weighed {
+        let mut found = Weighed::default();
+        self.each_about(at, |i| {
+            let (function, height) = (&self.functions[i], self.heights[i]);
+            let square = function.square(at);
+            if square > self.reaches[i] {
+                return;
+            }
+            let share = height * (self.basis.of_square(square) - self.epsilon);
+            let along = function.shape.transpose() * (function.shape * (at - function.centre));
+            let growth = 2.0 * height * self.basis.slope(square) * along;
+            found.coverage += share;
+            found.thickening += growth;
+            if height > 0.0 {
+                found.sum += function.weight * share;
+                found.total += share;
+                found.sum_growth += function.weight * growth;
+                found.total_growth += growth;
+            }
+        });
+        found
     }
 
     /// The functions that may reach a place in the box.
     fn near(&self, at: DVec3) -> &[u32] {
-        let (mut cell, mut bounds) = (self.tree(), self.bounds);
-        loop {
-            match cell {
-                Cell::Leaf(list) => return list,
-                Cell::Split(cells) => {
-                    let index = part_of(bounds, at);
-                    (cell, bounds) = (&cells[index], part(bounds, index));
-                }
-            }
-        }
+        self.tree().near(self.bounds, at)
     }
 
     /// About how far sums in single precision are off at most, as engines draw them: the greatest Σ |wᵢ| φᵢ ε at any function's
@@ -229,41 +324,45 @@ impl Encoding {
         greatest * f64::from(f32::EPSILON)
     }
 
-    /// What some functions make of a place.
-    fn blended(&self, all: impl Iterator<Item = usize>, at: DVec3) -> f64 {
-        let (sum, total) = all.fold((0.0, 0.0), |(sum, total), i| {
-            let phi = self.phi(i, at);
-            (sum + self.functions[i].weight * phi, total + phi)
-        });
+    /// How the value grows at a place, per world length along each axis. Of a sum Σ 2 w φ′ Sᵀ S (x − c), φ′ by the squared
+    /// distance; of a mean the same of (w − s) h, by Σ h φ.
+    pub fn gradient(&self, at: DVec3) -> DVec3 {
         match self.blend {
-            Blend::Sum => self.bias + sum,
-            Blend::Mean if total > 0.0 => self.bias + sum / total,
-            Blend::Mean => f64::NAN,
+            Blend::Mean => self.weighed(at).growth(),
+            Blend::Sum => {
+                let mut sum = DVec3::ZERO;
+                self.each_about(at, |i| {
+                    let function = &self.functions[i];
+                    let square = function.square(at);
+                    if square <= self.reaches[i] {
+                        let along =
+                            function.shape.transpose() * (function.shape * (at - function.centre));
+                        sum += 2.0 * function.weight * self.basis.slope(square) * along;
+                    }
+                });
+                sum
+            }
         }
     }
 
-    /// How the value grows at a place, per world length along each axis. Of a sum Σ 2 w φ′ Sᵀ S (x − c), φ′ by the squared
-    /// distance; of a mean the same of w − s, by Σ φ.
-    pub fn gradient(&self, at: DVec3) -> DVec3 {
-        let (own, scale) = match self.blend {
-            Blend::Sum => (0.0, 1.0),
-            Blend::Mean => {
-                let total: f64 = (0..self.functions.len()).map(|i| self.phi(i, at)).sum();
-                if total <= 0.0 {
-                    return DVec3::ZERO;
-                }
-                (self.value(at) - self.bias, total.recip())
-            }
-        };
-        let growth = |(function, reach): (&Function, &f64)| {
-            let square = function.square(at);
-            if square > *reach {
-                return DVec3::ZERO;
-            }
-            let along = function.shape.transpose() * (function.shape * (at - function.centre));
-            2.0 * (function.weight - own) * self.basis.slope(square) * along
-        };
-        self.functions.iter().zip(&self.reaches).map(growth).sum::<DVec3>() * scale
+    /// What light takes for that growth of a mean: near its border, where coverage c is below [`LIT`], inwards as coverage grows
+    /// besides, by ((LIT − c) / (LIT − 1))² ∇c times the range of its values. A surface and its back are lit alike.
+    pub fn growth_for_light(&self, at: DVec3) -> DVec3 {
+        let found = self.weighed(at);
+        let near = ((LIT - found.coverage) / (LIT - 1.0)).clamp(0.0, 1.0);
+        let border = found.thickening * (self.range * near * near);
+        let growth = found.growth();
+        if border.dot(growth) < 0.0 { border - growth } else { border + growth }
+    }
+
+    /// Of a mean, what each function is at its centre, less than 0 where it is a hole; empty of a sum.
+    pub fn heights(&self) -> &[f64] {
+        &self.heights
+    }
+
+    /// Of a mean, how far its functions' weights lie apart, 1 where they do not; 0 of a sum.
+    pub fn range(&self) -> f64 {
+        self.range
     }
 
     /// The squared distance, in widths, at which each function ends.
@@ -271,23 +370,19 @@ impl Encoding {
         &self.reaches
     }
 
-    /// φ of a function at a place; 0 where it does not reach. Of a mean less what it is where it ends, so that no step is
-    /// there.
+    /// φ of a function at a place; 0 where it does not reach.
     fn phi(&self, index: usize, at: DVec3) -> f64 {
         let square = self.functions[index].square(at);
-        let end = if self.blend == Blend::Mean { self.epsilon } else { 0.0 };
-        if square > self.reaches[index] { 0.0 } else { self.basis.of_square(square) - end }
+        if square > self.reaches[index] { 0.0 } else { self.basis.of_square(square) }
     }
 
     fn tree(&self) -> &Cell {
         self.tree.get_or_init(|| {
             #[expect(clippy::cast_possible_truncation, reason = "fewer functions than 2^32")]
             let all: Vec<u32> = (0..self.functions.len() as u32).collect();
-            let about = |(function, reach): (&Function, &f64)| {
-                let half = function.half_box(*reach);
-                [function.centre - half, function.centre + half]
-            };
-            let boxes: Vec<_> = self.functions.iter().zip(&self.reaches).map(about).collect();
+            let reaches = self.functions.iter().zip(&self.reaches);
+            let boxes: Vec<_> =
+                reaches.map(|(function, reach)| box_about(function, *reach)).collect();
             Cell::of(touching(&all, &boxes, self.bounds), &boxes, self.bounds, 0)
         })
     }
@@ -333,7 +428,9 @@ impl Encoding {
         let functions = self.functions.iter().zip(&is_kept).filter_map(kept).collect();
         let kept = |(reach, is_kept): (&f64, &bool)| is_kept.then_some(*reach);
         let reaches = self.reaches.iter().zip(&is_kept).filter_map(kept).collect();
-        Self { functions, reaches, tree: OnceLock::new(), least: OnceLock::new(), ..*self }
+        let heights = self.heights.clone();
+        let (tree, least) = (OnceLock::new(), OnceLock::new());
+        Self { functions, reaches, heights, tree, least, ..*self }
     }
 
     /// How many functions [`Encoding::without_least`] leaves out, and what they are thought to be, rms over the box.
@@ -439,6 +536,60 @@ impl Encoding {
     }
 }
 
+/// What a mean is made of at a place.
+#[derive(Debug, Clone, Copy, Default)]
+struct Weighed {
+    /// Σ w h φ and Σ h φ of functions with a weight, and how they grow.
+    sum: f64,
+    total: f64,
+    sum_growth: DVec3,
+    total_growth: DVec3,
+    /// Σ h φ of all, and how it grows.
+    coverage: f64,
+    thickening: DVec3,
+}
+
+impl Weighed {
+    /// 0 where there is nothing to weigh.
+    fn mean(&self) -> f64 {
+        if self.total > 0.0 { self.sum / self.total } else { 0.0 }
+    }
+
+    fn growth(&self) -> DVec3 {
+        match self.total > 0.0 {
+            true => (self.sum_growth - self.mean() * self.total_growth) / self.total,
+            false => DVec3::ZERO,
+        }
+    }
+}
+
+/// What the functions of a mean, holes as well, add up to at the centre of each, were all of them as high.
+fn totals(functions: &[Function], epsilon: f64, ticket: &Ticket) -> Result<Vec<f64>, Cancelled> {
+    let boxes: Vec<_> = functions.iter().map(|f| box_about(f, REACH * REACH)).collect();
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let bounds = boxes.iter().fold(none, |[low, high], own| [low.min(own[0]), high.max(own[1])]);
+    #[expect(clippy::cast_possible_truncation, reason = "fewer functions than 2^32")]
+    let all = (0..functions.len() as u32).collect();
+    let tree = Cell::of(all, &boxes, bounds, 0);
+    parallel::try_list(functions.len(), |i| {
+        if i.is_multiple_of(A_PART) && ticket.is_cancelled() {
+            return Err(Cancelled);
+        }
+        let at = functions[i].centre;
+        let share = |j: &u32| {
+            let square = functions[*j as usize].square(at);
+            (Basis::Ellipsoid.of_square(square) - epsilon).max(0.0)
+        };
+        Ok(tree.near(bounds, at).iter().map(share).sum())
+    })
+}
+
+/// The box about all places within a squared distance of a function, in widths.
+fn box_about(function: &Function, square: f64) -> [DVec3; 2] {
+    let half = function.half_box(square);
+    [function.centre - half, function.centre + half]
+}
+
 /// One of the eight parts of a box, x fastest.
 fn part([low, high]: [DVec3; 2], index: usize) -> [DVec3; 2] {
     let middle = (low + high) * 0.5;
@@ -462,6 +613,20 @@ fn touching(list: &[u32], boxes: &[[DVec3; 2]], [low, high]: [DVec3; 2]) -> Vec<
 }
 
 impl Cell {
+    /// What may reach a place in its box.
+    fn near(&self, mut bounds: [DVec3; 2], at: DVec3) -> &[u32] {
+        let mut cell = self;
+        loop {
+            match cell {
+                Self::Leaf(list) => return list,
+                Self::Split(cells) => {
+                    let index = part_of(bounds, at);
+                    (cell, bounds) = (&cells[index], part(bounds, index));
+                }
+            }
+        }
+    }
+
     /// Of the functions that reach a box.
     fn of(list: Vec<u32>, boxes: &[[DVec3; 2]], bounds: [DVec3; 2], depth: u32) -> Self {
         if list.len() <= FEW || depth == DEEPEST {

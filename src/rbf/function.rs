@@ -116,6 +116,11 @@ impl Function {
         Self { centre, shape: triangular(shape), weight }
     }
 
+    /// The geometric mean of its widths, world.
+    pub(super) fn width(&self) -> f64 {
+        self.shape.determinant().abs().cbrt().recip()
+    }
+
     /// The squared distance of a place, in widths.
     pub fn square(&self, at: DVec3) -> f64 {
         (self.shape * (at - self.centre)).length_squared()

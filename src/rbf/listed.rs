@@ -35,6 +35,10 @@ pub struct Listed {
     pub functions: Vec<Function>,
     /// The squared distance, in widths, at which each ends.
     pub reaches: Vec<f64>,
+    /// Of a mean, what each is at its centre, less than 0 where it is a hole; empty of a sum.
+    pub heights: Vec<f64>,
+    /// How far the weights of a mean lie apart, 1 where they do not; 0 of a sum.
+    pub range: f64,
     /// Samples along the lattice's axes.
     pub dims: [usize; 3],
     /// Samples along the edge of a cell.
@@ -114,12 +118,15 @@ impl Listed {
         }
         let (basis, blend, epsilon) = (encoding.basis(), encoding.blend(), encoding.epsilon());
         let left_out = None;
+        let (heights, range) = (encoding.heights().to_vec(), encoding.range());
         Ok(Self {
             basis,
             blend,
             epsilon,
             functions,
             reaches,
+            heights,
+            range,
             dims,
             edge,
             cells,
@@ -226,6 +233,7 @@ impl Listed {
         });
         size_of_val(&self.functions[..])
             + size_of_val(&self.reaches[..])
+            + size_of_val(&self.heights[..])
             + size_of_val(&self.starts[..])
             + size_of_val(&self.lists[..])
             + left_out
@@ -254,9 +262,11 @@ impl Listed {
         (1..self.cells[axis]).map(|cell| (cell * self.edge) as f64 - 0.5)
     }
 
-    /// Boxes about the functions of a mean, each with its weight: no value is beyond those of the functions that reach it.
+    /// Boxes about the functions of a mean that are no holes, each with its weight: no value is beyond those of the functions that
+    /// reach it.
     pub fn boxes(&self) -> impl Iterator<Item = ([DVec3; 2], [f64; 2])> {
-        self.functions.iter().zip(&self.reaches).map(|(function, reach)| {
+        let all = self.functions.iter().zip(&self.reaches).zip(&self.heights);
+        all.filter(|(_, height)| **height > 0.0).map(|((function, reach), _)| {
             let half = function.half_box(*reach);
             ([function.centre - half, function.centre + half], [function.weight; 2])
         })

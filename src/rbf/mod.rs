@@ -19,7 +19,7 @@ mod tests;
 
 pub use encode::{EncodeError, Goal, Step, encode, resume, reweighted};
 pub(crate) use encoding::four_digits;
-pub use encoding::{Blend, Encoding, Errors};
+pub use encoding::{Blend, Encoding, Errors, LIT};
 pub use favour::{Favour, FavourError, Region};
 pub use function::{Basis, Function};
 pub use limits::Limits;

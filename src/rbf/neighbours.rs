@@ -13,17 +13,17 @@ use super::function::Function;
 use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket};
 
-/// Neighbours that tell how a sample's ellipsoid lies: those of a cubic lattice along its axes and its faces' diagonals.
+/// Neighbours that tell how dense points lie: those of a cubic lattice along its axes and its faces' diagonals.
 const NEIGHBOURS: usize = 18;
-/// The same of a square one, and of points on a line.
-const NEIGHBOURS_ON_A_PLANE: usize = 8;
-const NEIGHBOURS_ON_A_LINE: usize = 2;
-/// Neighbours lie on a plane or a line where across it they spread by less than this part of how they do along it.
-const FLAT: f64 = 0.1;
-/// Standard deviations of the Gaussians, of those of the neighbours: 0.6 steps of a cubic lattice, as Westover has it.
-const WIDTH: f64 = 0.8;
-/// Widths at which they end: 1.8 steps of a cubic lattice, whose places are 0.87 from a sample at most.
-const REACH: f64 = 3.0;
+/// Standard deviations of the Gaussians about points, of those of their neighbours: 0.6 steps of a cubic lattice, as Westover has
+/// it, which are its neighbours there. About the points of cells, of those of the 18 nearest of such a lattice.
+const WIDTH: f64 = 1.04;
+const WIDTH_OF_CELLS: f64 = 0.8;
+/// Of the nearest samples so many are looked at, at most, and no more than twice as many as the last neighbour is the how many-th,
+/// where there are six and so many were.
+const MOST_LOOKED_AT: usize = 128;
+const FEWEST_LOOKED_AT: usize = 24;
+const ENOUGH: usize = 6;
 /// Where neighbours lie on a plane or a line ellipsoids are still so thick, of their greatest width.
 const THINNEST: f64 = 0.25;
 /// The same about the points of cells, which may be long and thin, and lie close where they are.
@@ -39,9 +39,10 @@ const BETWEEN_LOOKS: usize = 1 << 6;
 type Place = GeomWithData<[f64; 3], usize>;
 
 impl Encoding {
-    /// The mean of ellipsoids about samples at places anywhere. Those that are not finite are left out; several at one place
-    /// count as one, which has their mean. A sample alone has a width of 1. Of no samples the value is
-    /// nowhere.
+    /// The mean of ellipsoids about samples at places anywhere. Samples at places that are not finite are left out, those whose
+    /// value is not are holes; several at one place count as one, which has the mean of their values. A sample alone has a width
+    /// of 1, and none is wider than twice the median: a lone one tells nothing of what lies far from it, and would hide all
+    /// others. Of no samples the value is nowhere.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -53,7 +54,12 @@ impl Encoding {
         let places = samples.iter().enumerate();
         let places = places.map(|(i, (at, _))| Place::new(at.to_array(), i)).collect();
         let tree = RTree::bulk_load(places);
-        Self::of_shapes(&samples, |at, _| shape_at(at, &tree), ticket)
+        let mut functions = functions_of(&samples, |at, _| shape_at(at, &tree), ticket)?;
+        let most = WIDEST * median_width(&functions);
+        for function in &mut functions {
+            function.shape *= (function.width() / most).max(1.0);
+        }
+        Self::mean(functions, ticket)
     }
 
     /// The same of samples that tell themselves how wide their ellipsoids are: each with the mean of [`log_spread`]s of what is about
@@ -75,54 +81,37 @@ impl Encoding {
         let shape = |_, [_, xx, yy, zz, xy, xz, yz]: &[f64; 7]| {
             let logs = Matrix3::new(*xx, *xy, *xz, *xy, *yy, *yz, *xz, *yz, *zz);
             let axes = Axes::of_spread(logs, unit, |log| (log / 2.0).exp());
-            axes.shape(THINNEST_OF_CELLS)
+            axes.shape(WIDTH_OF_CELLS, THINNEST_OF_CELLS)
         };
-        Self::of_shapes(&samples, shape, ticket)
+        Self::mean(functions_of(&samples, shape, ticket)?, ticket)
     }
+}
 
-    /// Of merged samples, whose first number is their value, with what takes an offset from each to one in widths.
-    fn of_shapes<const N: usize>(
-        samples: &[(DVec3, [f64; N])],
-        shape: impl Fn(DVec3, &[f64; N]) -> DMat3 + Sync,
-        ticket: &Ticket,
-    ) -> Result<Self, Cancelled> {
-        let values = samples.iter().map(|(_, numbers)| numbers[0]);
-        let [least, most] =
-            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
-        let bias = if samples.is_empty() { 0.0 } else { least / 2.0 + most / 2.0 };
-        let parts: Vec<&[(DVec3, [f64; N])]> = samples.chunks(A_PART).collect();
-        let parts = parallel::try_list(parts.len(), |part| {
-            let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
-            let function = |(at, numbers): &(DVec3, [f64; N])| {
-                looks.after(1)?;
-                Ok(Function::about(*at, shape(*at, numbers), numbers[0] - bias))
-            };
-            parts[part].iter().map(function).collect::<Result<Vec<Function>, Cancelled>>()
-        });
-        Ok(Self::mean(bias, REACH, parts?.concat()))
-    }
-
-    /// With ellipsoids of at most twice the median width, lone ones made smaller: their sample tells nothing of what
-    /// lies far from it, and they would hide all others.
-    #[must_use]
-    pub fn without_wide(self) -> Self {
-        let most = WIDEST * self.median_width();
-        let narrowed = |function: &Function| {
-            let wider = (width_of(function) / most).max(1.0);
-            Function { shape: function.shape * wider, ..*function }
+/// Functions of merged samples, whose first number is their value, with what takes an offset from each to one in widths.
+fn functions_of<const N: usize>(
+    samples: &[(DVec3, [f64; N])],
+    shape: impl Fn(DVec3, &[f64; N]) -> DMat3 + Sync,
+    ticket: &Ticket,
+) -> Result<Vec<Function>, Cancelled> {
+    let parts: Vec<&[(DVec3, [f64; N])]> = samples.chunks(A_PART).collect();
+    let parts = parallel::try_list(parts.len(), |part| {
+        let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
+        let function = |(at, numbers): &(DVec3, [f64; N])| {
+            looks.after(1)?;
+            Ok(Function::about(*at, shape(*at, numbers), numbers[0]))
         };
-        let functions = self.functions().iter().map(narrowed).collect();
-        Self::mean(self.bias(), REACH, functions)
-    }
+        parts[part].iter().map(function).collect::<Result<Vec<Function>, Cancelled>>()
+    });
+    Ok(parts?.concat())
+}
 
-    /// The median of the geometric means of widths, world; 0 of none.
-    fn median_width(&self) -> f64 {
-        let mut widths: Vec<f64> = self.functions().iter().map(width_of).collect();
-        let middle = widths.len() / 2;
-        match widths.is_empty() {
-            true => 0.0,
-            false => *widths.select_nth_unstable_by(middle, f64::total_cmp).1,
-        }
+/// The median of the geometric means of functions' widths, world; 0 of none.
+fn median_width(functions: &[Function]) -> f64 {
+    let mut widths: Vec<f64> = functions.iter().map(Function::width).collect();
+    let middle = widths.len() / 2;
+    match widths.is_empty() {
+        true => 0.0,
+        false => *widths.select_nth_unstable_by(middle, f64::total_cmp).1,
     }
 }
 
@@ -141,11 +130,6 @@ pub fn log_spread(spread: DMat3) -> DMat3 {
         let log = 2.0 * own.ln() * along;
         sum + DMat3::from_cols(log * along.x, log * along.y, log * along.z)
     })
-}
-
-/// The geometric mean of an ellipsoid's widths, world.
-fn width_of(function: &Function) -> f64 {
-    function.shape.determinant().abs().cbrt().recip()
 }
 
 /// How far points lie from those next to them: the median distance of the fourth nearest at another place, of some of many. 1
@@ -251,21 +235,26 @@ fn radius_of_nearest(tree: &RTree<Place>, place: &Place, guess: &mut f64) -> f64
     guess.sqrt()
 }
 
-/// Samples by their places, each place once, with the means of their numbers.
+/// Samples by their places, each place once, with the means of their numbers: of those whose first one is finite, where any is.
 fn merged<const N: usize>(
     samples: impl IntoIterator<Item = (DVec3, [f64; N])>,
 ) -> Vec<(DVec3, [f64; N])> {
-    let is_finite = |(at, numbers): &(DVec3, [f64; N])| {
-        at.is_finite() && numbers.iter().all(|number| number.is_finite())
+    let is_there = |numbers: &[f64; N]| numbers.first().is_none_or(|number| number.is_finite());
+    let is_placed = |(at, numbers): &(DVec3, [f64; N])| {
+        at.is_finite() && numbers.iter().skip(1).all(|number| number.is_finite())
     };
-    let mut all: Vec<(DVec3, [f64; N])> = samples.into_iter().filter(is_finite).collect();
+    let mut all: Vec<(DVec3, [f64; N])> = samples.into_iter().filter(is_placed).collect();
     // −0 is at the place of 0.
     all.iter_mut().for_each(|(at, _)| *at += DVec3::ZERO);
-    all.par_sort_by(|(a, _), (b, _)| order(a, b));
+    all.par_sort_by(|(a, a_numbers), (b, b_numbers)| {
+        order(a, b).then(is_there(b_numbers).cmp(&is_there(a_numbers)))
+    });
     all.chunk_by(|(a, _), (b, _)| a == b)
         .map(|own| {
-            let count = own.len() as f64;
-            let mean = |i: usize| own.iter().map(|(_, numbers)| numbers[i] / count).sum();
+            let there = own.iter().take_while(|(_, numbers)| is_there(numbers)).count();
+            let counted = &own[..if there > 0 { there } else { own.len() }];
+            let count = counted.len() as f64;
+            let mean = |i: usize| counted.iter().map(|(_, numbers)| numbers[i] / count).sum();
             (own[0].0, std::array::from_fn(mean))
         })
         .collect()
@@ -277,22 +266,26 @@ fn order(a: &DVec3, b: &DVec3) -> Ordering {
     axes.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
 }
 
-/// What takes an offset from a sample to one in widths: by the covariance of its neighbours' offsets.
+/// What takes an offset from a sample to one in widths: by the covariance of its neighbours' offsets. Neighbours are samples between
+/// which and it no other lies, in the ball about the middle of the two (Gabriel): they are found on all sides, however much nearer
+/// others lie on some, on a plane and a line as well.
 fn shape_at(at: DVec3, tree: &RTree<Place>) -> DMat3 {
-    let near: Vec<DVec3> = tree
-        .nearest_neighbor_iter(at.to_array())
-        .skip(1)
-        .take(NEIGHBOURS)
-        .map(|place| DVec3::from(*place.geom()) - at)
-        .collect();
-    // On a plane or a line so many neighbours lie far beyond the next ones.
-    let widths = Axes::of(&near).widths;
-    let next = match widths.iter().filter(|width| **width > FLAT * widths[2]).count() {
-        1 => NEIGHBOURS_ON_A_LINE,
-        2 => NEIGHBOURS_ON_A_PLANE,
-        _ => NEIGHBOURS,
-    };
-    Axes::of(&near[..next.min(near.len())]).shape(THINNEST)
+    let nearest = tree.nearest_neighbor_iter(at.to_array()).skip(1).take(MOST_LOOKED_AT);
+    let mut neighbours: Vec<DVec3> = Vec::new();
+    let mut last = 0;
+    for (looked_at, place) in nearest.enumerate() {
+        if neighbours.len() >= ENOUGH && looked_at >= FEWEST_LOOKED_AT.max(2 * last) {
+            break;
+        }
+        let offset = DVec3::from(*place.geom()) - at;
+        // In the ball, or but for rounding on it: a lattice has no neighbours along diagonals.
+        let is_between = |own: &DVec3| (offset - *own).dot(*own) > -1e-6 * own.length_squared();
+        if !neighbours.iter().any(is_between) {
+            neighbours.push(offset);
+            last = looked_at + 1;
+        }
+    }
+    Axes::of(&neighbours).shape(WIDTH, THINNEST)
 }
 
 /// How far neighbours lie in the directions of their spread.
@@ -335,16 +328,16 @@ impl Axes {
         Self { directions: order.map(direction), widths: order.map(width), unit }
     }
 
-    /// What takes an offset to one in widths of an ellipsoid, which is so thick at least, of its greatest width; of a sample
-    /// alone the offset itself.
-    fn shape(&self, thinnest: f64) -> DMat3 {
+    /// What takes an offset to one in widths of an ellipsoid, `width` of the spread and so thick at least, of its greatest width;
+    /// of a sample alone the offset itself.
+    fn shape(&self, width: f64, thinnest: f64) -> DMat3 {
         let widest = self.widths[2];
         if widest * self.unit <= 0.0 {
             return DMat3::IDENTITY;
         }
         let row = |i: usize| {
             let own = self.widths[i].max(thinnest * widest);
-            self.directions[i] / (WIDTH * own * self.unit)
+            self.directions[i] / (width * own * self.unit)
         };
         DMat3::from_cols(row(0), row(1), row(2)).transpose()
     }
@@ -353,6 +346,7 @@ impl Axes {
 mod tests {
     use super::*;
     use crate::core::assert_stops;
+    use crate::rbf::encoding::REACH;
 
     fn lattice(steps: DVec3) -> impl Iterator<Item = DVec3> {
         (0..7 * 7 * 7).map(move |i| steps * DVec3::from([i % 7, i / 7 % 7, i / 49].map(f64::from)))
@@ -365,19 +359,108 @@ mod tests {
     #[test]
     fn a_lone_point_is_no_wider_than_others_twice() {
         let cube = |i: usize| DVec3::new((i % 5) as f64, (i / 5 % 5) as f64, (i / 25) as f64);
-        let samples = (0..125).map(cube).chain([DVec3::new(1e5, 0.0, 0.0)]).map(|at| (at, at.x));
-        let wide = Encoding::about_samples(samples, &Ticket::new()).unwrap();
-        let narrow = wide.clone().without_wide();
-        let widest = |of: &Encoding| of.functions().iter().map(width_of).fold(0.0, f64::max);
-        assert!(
-            widest(&wide) > 1e3
-                && (widest(&narrow) / (WIDEST * narrow.median_width()) - 1.0).abs() < 1e-9
-        );
-        assert_eq!(narrow.functions()[62].shape, wide.functions()[62].shape);
-        // Wide, it is most of what is anywhere; narrow, it is seen by itself.
-        let [among, between] = [DVec3::new(1.3, 2.2, 2.1), DVec3::new(5e4, 0.0, 0.0)];
-        assert!(wide.value(among) > 1e4 && (narrow.value(among) - 1.3).abs() < 0.2);
-        assert!(narrow.value(between).is_nan() && !wide.value(between).is_nan());
+        let lone = DVec3::X * 1e5;
+        let found = mean_of((0..125).map(cube).chain([lone]).map(|at| (at, at.x)));
+        let widest = found.functions().iter().map(Function::width).fold(0.0, f64::max);
+        let times = widest / median_width(found.functions());
+        assert!((times - WIDEST).abs() < 1e-9, "{times}");
+        assert!((found.value(DVec3::new(1.3, 2.2, 2.1)) - 1.3).abs() < 0.2);
+        assert!(found.value(lone / 2.0).is_nan() && (found.value(lone) - 1e5).abs() < 1e-6);
+    }
+
+    /// Steps of a stretched lattice.
+    const STRETCHED: DVec3 = DVec3::new(1.0, 2.0, 0.5);
+
+    /// Points of a kind each, about one apart.
+    fn clouds() -> Vec<(&'static str, Vec<DVec3>)> {
+        let any = |i: u32, k: u32| f64::from(i.wrapping_mul(k) % 9973) / 9973.0;
+        let place = |i: u32| DVec3::new(any(i, 389), any(i, 2111), any(i, 677));
+        let shaken = lattice(DVec3::ONE).zip(0..).map(|(at, i)| at + 0.8 * (place(i) - 0.5));
+        vec![
+            ("lattice", lattice(DVec3::ONE).collect()),
+            ("shaken", shaken.collect()),
+            ("random", (0..343).map(|i| 7.0 * place(i)).collect()),
+            ("stretched", lattice(STRETCHED).collect()),
+            ("plane", lattice(DVec3::new(1.0, 1.0, 0.0)).collect()),
+            ("line", (0..9).map(|i| DVec3::X * f64::from(i)).collect()),
+            ("two", vec![DVec3::ZERO, DVec3::ONE]),
+            ("one", vec![DVec3::ONE]),
+        ]
+    }
+
+    #[test]
+    fn a_mean_ends_half_a_step_beyond_a_lattice_and_no_box_cuts_it() {
+        for (name, points) in clouds() {
+            let found = mean_of(points.iter().map(|at| (*at, 1.0)));
+            let [low, high] = found.bounds();
+            for i in 0..3000_usize {
+                let share = DVec3::from([i % 17, i % 19, i % 23].map(|n| n as f64))
+                    / DVec3::new(16.0, 18.0, 22.0);
+                let mut at = low + share * (high - low);
+                at[i % 3] = [low, high][i % 2][i % 3];
+                assert!(found.coverage(at) < 1.0, "{name} {at}");
+            }
+            for at in &points {
+                assert!((found.value(*at) - 1.0).abs() < 1e-12, "{name} {at}");
+            }
+        }
+        let found = mean_of(lattice(DVec3::ONE).map(|at| (at, 1.0)));
+        for i in 0..100 {
+            let at = |beyond: f64| {
+                DVec3::new(1.0 + 0.04 * f64::from(i), 5.0 - 0.03 * f64::from(i), 6.0 + beyond)
+            };
+            assert!(!found.value(at(0.3)).is_nan() && found.value(at(0.7)).is_nan(), "{i}");
+        }
+    }
+
+    #[test]
+    fn few_places_among_points_are_not_covered() {
+        for (name, most) in [("lattice", 0), ("shaken", 0), ("random", 20), ("stretched", 0)] {
+            let points = clouds().into_iter().find(|(of, _)| *of == name).unwrap().1;
+            let found = mean_of(points.iter().map(|at| (*at, 1.0)));
+            let sides = if name == "stretched" { STRETCHED } else { DVec3::ONE };
+            let place = |i: u32| {
+                let at = DVec3::from([i % 10, i / 10 % 10, i / 100].map(f64::from));
+                sides * (1.0 + 4.0 / 9.0 * at)
+            };
+            let open = (0..1000).filter(|i| found.value(place(*i)).is_nan()).count();
+            assert!(open <= most, "{name}: {open} of 1000");
+        }
+    }
+
+    #[test]
+    fn a_sample_without_a_value_is_a_hole_as_wide_as_a_step() {
+        let hole = DVec3::splat(3.0);
+        let value = |at: DVec3| if at == hole { f64::NAN } else { at.x };
+        let found = mean_of(lattice(DVec3::ONE).map(|at| (at, value(at))));
+        for axis in DVec3::AXES {
+            for far in [-0.25, 0.0, 0.25] {
+                assert!(found.value(hole + axis * far).is_nan(), "{axis} {far}");
+            }
+            for far in [-1.0, -0.75, 0.75, 1.0] {
+                let at = hole + axis * far;
+                assert!((found.value(at) - at.x).abs() < 0.2, "{at}: {}", found.value(at));
+            }
+        }
+        // It takes nothing from what lies farther away.
+        let whole = mean_of(lattice(DVec3::ONE).map(|at| (at, at.x)));
+        let far = DVec3::new(0.3, 3.2, 0.4);
+        assert!((found.value(far) - whole.value(far)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn light_falls_on_the_border_of_a_mean_and_within_as_values_grow() {
+        for constant in [true, false] {
+            let value = |at: DVec3| if constant { 4.0 } else { at.x };
+            let found = mean_of(lattice(DVec3::ONE).map(|at| (at, value(at))));
+            for (axis, side) in [(DVec3::Y, 1.0), (DVec3::Z, -1.0), (DVec3::X, 1.0)] {
+                let at = 3.1 + axis * (3.5 * side - 0.1);
+                let lit = found.growth_for_light(at).normalize();
+                assert!(lit.dot(-axis * side) > 0.95, "{constant} {axis}: {lit}");
+            }
+            let inside = DVec3::new(3.2, 2.7, 3.4);
+            assert_eq!(found.growth_for_light(inside), found.gradient(inside));
+        }
     }
 
     #[test]
@@ -402,7 +485,8 @@ mod tests {
             let width = (inner.shape * axis).length().recip();
             assert!((width - 1.2).abs() < 0.05, "0.6 steps of 2 along each axis: {width}");
         }
-        assert!((found.median_width() - 1.2).abs() < 0.18, "{}", found.median_width());
+        let median = median_width(found.functions());
+        assert!((median - 1.2).abs() < 0.18, "{median}");
         // What grows along x does so between the samples, too.
         let at = DVec3::new(5.3, 6.1, 5.7);
         assert!((found.value(at) - 5.3).abs() < 0.1 && (found.gradient(at).x - 1.0).abs() < 0.2);
@@ -439,6 +523,7 @@ mod tests {
         let found = mean_of(
             (0..200).map(|i| (DVec3::new(any(i, 389), any(i, 211), any(i, 677)), any(i, 101))),
         );
+        let mut counted = 0;
         for i in 200..300 {
             let at = 0.2 + 0.6 * DVec3::new(any(i, 389), any(i, 211), any(i, 677));
             let step = 1e-6;
@@ -446,10 +531,14 @@ mod tests {
                 (found.value(at + axis * step) - found.value(at - axis * step)) / (2.0 * step)
             };
             let differences = DVec3::from(DVec3::AXES.map(slope));
+            if differences.is_nan() {
+                continue;
+            }
+            counted += 1;
             let off = (found.gradient(at) - differences).length();
-            // Where an ellipsoid ends there is a step.
-            assert!(off < 1e-4 * (1.0 + differences.length()) || differences.length() > 100.0);
+            assert!(off < 1e-4 * (1.0 + differences.length()), "{at}: {off}");
         }
+        assert!(counted > 80, "{counted}");
     }
 
     #[test]
@@ -465,7 +554,7 @@ mod tests {
             }
         }
         // They are as wide as the next ones lie apart, however many lie beyond.
-        for (found, most) in [(&line, 1.0), (&flat, 0.9)] {
+        for (found, most) in [(&line, 1.1), (&flat, 0.9)] {
             let inner = &found.functions()[found.functions().len() / 2];
             let width = (inner.shape * DVec3::X).length().recip();
             assert!((0.6..most).contains(&width), "{width}");

@@ -17,6 +17,8 @@ use crate::volume::{Lattice, ScalarVolume};
 const SWEEPS: usize = 2;
 /// Samples along the edge of a brick.
 const BRICK: usize = 8;
+/// Places of a voxel at which it is looked whether ellipsoids cover them.
+const LOOKS: f64 = 8.0;
 
 /// What lies between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -341,7 +343,7 @@ impl Field {
     }
 
     /// Where a part of a ray passes what may be a border: the faces of cells, also of those that leave functions out, or the
-    /// surfaces of ellipsoids; in no order.
+    /// surface of what ellipsoids cover; in no order.
     pub(super) fn crossings(&self, line: &Line, [a, b]: [f64; 2]) -> Vec<f64> {
         if let Some(cells) = &self.cells {
             return cells.crossings(line, [a, b]);
@@ -354,15 +356,35 @@ impl Field {
         else {
             return Vec::new();
         };
-        let (start, step) = (lattice.world_from_index(line.start), lattice.axes() * line.step);
-        let ends = functions.functions().iter().zip(functions.reaches()).flat_map(|(f, reach)| {
-            // |S (start + t step − c)|² = reach.
-            let (from, by) = (f.shape * (start - f.centre), f.shape * step);
-            let (two, one) = (by.length_squared(), from.dot(by));
-            let root = (one * one - two * (from.length_squared() - reach)).sqrt();
-            [(-one - root) / two, (-one + root) / two]
+        // Where coverage passes 1: looked for between places close together, and halved until nothing is left to halve.
+        let count = ((b - a) * line.step.length() * LOOKS).ceil().max(1.0) as usize;
+        let place = |i: usize| a + (b - a) * i as f64 / count as f64;
+        let is_in = |t: &f64| functions.coverage(lattice.world_from_index(line.at(*t))) >= 1.0;
+        let places: Vec<f64> = (0..=count).map(place).collect();
+        let sides: Vec<bool> = places.iter().map(is_in).collect();
+        let passed = (0..count).filter(|i| sides[*i] != sides[i + 1]).map(|i| {
+            let (mut low, mut high) = (places[i], places[i + 1]);
+            for _ in 0..40 {
+                let middle = f64::midpoint(low, high);
+                if is_in(&middle) == sides[i] {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            f64::midpoint(low, high)
         });
-        ends.filter(|t| *t > a && *t < b).collect()
+        passed.collect()
+    }
+
+    /// What light that falls on borders takes for the growth per index, of what has borders.
+    pub(super) fn growth_for_light(&self, place: DVec3) -> Option<DVec3> {
+        if let Some(cells) = &self.cells {
+            return Some(cells.growth_for_light(place));
+        }
+        let (functions, lattice) = self.functions.as_ref().filter(|_| self.has_borders)?;
+        let growth = functions.growth_for_light(lattice.world_from_index(place));
+        Some(lattice.axes().transpose() * growth)
     }
 
     /// The growth per index of what has a derivative in closed form.

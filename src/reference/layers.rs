@@ -279,17 +279,10 @@ pub(super) fn classified(
         let half_slab = |from, to| {
             let mean = classes.mean(from + bend / 4.0, to + bend / 4.0);
             let inwards = INWARDS * (high - low);
-            match known {
-                // Cells: by the two ends of what is left of the slab.
-                [near, far] if field.cells.is_some() => {
-                    let ends = [near.unwrap_or(low + inwards), far.unwrap_or(high - inwards)];
-                    ray.shaded_by(mean, t, value, ends)
-                }
-                // Others: by the faces that have a value; where neither has, by the middle.
-                [Some(low), Some(high)] => ray.shaded_by(mean, t, value, [low, high]),
-                [Some(face), None] | [None, Some(face)] => ray.shaded_by(mean, t, value, [face; 2]),
-                [None, None] => ray.shaded_by(mean, t, value, [t; 2]),
-            }
+            // By the two ends of what is left of the slab.
+            let [near, far] = known;
+            let ends = [near.unwrap_or(low + inwards), far.unwrap_or(high - inwards)];
+            ray.shaded_by(mean, t, value, ends)
         };
         let (near, far) = (half_slab(near, half), half_slab(half, far));
         if model == OpacityModel::Published {

@@ -63,14 +63,11 @@ impl RayShader<'_> {
         value: f64,
         [near, far]: [f64; 2],
     ) -> Density {
-        let lit_cells = self
-            .field
-            .cells
-            .as_ref()
-            .filter(|_| self.shader.is_some_and(|shader| shader.shading.lights_borders()));
-        let growth = |t: f64| match lit_cells {
-            Some(cells) => cells.growth_for_light(self.index.at(t)),
-            None => gradient(self.field, self.index.at(t)),
+        let lights_borders = self.shader.is_some_and(|shader| shader.shading.lights_borders());
+        let growth = |t: f64| {
+            let place = self.index.at(t);
+            let of_borders = lights_borders.then(|| self.field.growth_for_light(place)).flatten();
+            of_borders.unwrap_or_else(|| gradient(self.field, place))
         };
         self.shaded_with(density, t, value, || {
             let first = growth(near);

@@ -134,12 +134,16 @@ impl PolygonLayer {
         }
     }
 
-    /// Every triangle, with normals and colours as it looks.
+    /// Every triangle, with normals and colours as it looks; none of bodies about points without the number that colours others.
     pub fn triangles(&self) -> impl Iterator<Item = (Triangle, [Srgb8; 3])> + '_ {
         let PolygonLook { colour, by, is_smooth, .. } = self.look;
         let of_field = self.field_colours.as_ref();
         let values = self.mesh.values(self.array().unwrap_or(usize::MAX));
-        self.mesh.triangles(is_smooth).zip(values).map(move |(triangle, values)| {
+        let has_holes = self.mesh.is_of_points() && of_field.is_none() && by.is_some();
+        let is_there = move |values: &[f32; 3]| !has_holes || values.iter().any(|v| !v.is_nan());
+        let there = self.mesh.triangles(is_smooth).zip(values);
+        let there = there.filter(move |(_, values)| is_there(values));
+        there.map(move |(triangle, values)| {
             let values = values.map(f64::from);
             let colours = match (of_field, by, colour, triangle.colours) {
                 (Some(field), ..) => values.map(|value| match value.is_nan() {
@@ -214,6 +218,28 @@ mod tests {
         // Unless another was asked for, the numbers' own range.
         let by = PolygonLayer::of_surface(mesh(Vec::new()), Some("T"), gray, None).look.by;
         assert_eq!(by.map(|by| by.range), Some([1.0, 3.0]));
+    }
+
+    #[test]
+    fn bodies_about_points_without_the_number_that_colours_them_are_not_drawn() {
+        let corners = (0..6).map(|i| Vec3::new((i % 3 / 2) as f32, (i % 3 % 2) as f32, i as f32));
+        let triangles = vec![[0, 1, 2], [3, 4, 5]];
+        let mesh = Mesh::new("m", corners.collect(), Vec::new(), Vec::new(), triangles).unwrap();
+        let values = MeshValues::Corners([1.0, 2.0, f32::NAN].repeat(2));
+        let holed = MeshValues::Corners([[1.0; 3], [f32::NAN; 3]].as_flattened().to_vec());
+        for (values, bodies) in [(values, 2), (holed, 1)] {
+            let array = MeshArray { name: "T".into(), values };
+            let mesh = mesh.clone().with_arrays(vec![array]).unwrap();
+            let drawn = |mesh: Mesh, is_coloured: bool| {
+                let mesh = Arc::new(mesh);
+                let mut layer = PolygonLayer::of_surface(mesh, Some("T"), ColourMap::Gray, None);
+                layer.look.by = layer.look.by.filter(|_| is_coloured);
+                layer.triangles().count()
+            };
+            assert_eq!(drawn(mesh.clone(), true), 2, "surfaces stay whole");
+            assert_eq!(drawn(mesh.clone().of_points(), true), bodies);
+            assert_eq!(drawn(mesh.of_points(), false), 2, "in one colour");
+        }
     }
 
     #[test]

@@ -31,10 +31,11 @@ impl Scattered {
     /// Bytes that a sample takes while ellipsoids are made.
     pub(super) const BYTES: u64 = 400;
 
-    /// Of world positions with a value each. What is not finite is left out; `None` where nothing is left.
+    /// Of world positions with a value each. Those that lie nowhere are left out, those whose value is not finite are holes;
+    /// `None` where nothing else is left.
     pub fn new(mut samples: Vec<(DVec3, f64)>) -> Option<Self> {
-        samples.retain(|(at, value)| at.is_finite() && value.is_finite());
-        let count = samples.len();
+        samples.retain(|(at, _)| at.is_finite());
+        let count = samples.iter().filter(|(_, value)| value.is_finite()).count();
         let places: Vec<DVec3> = samples.iter().map(|(at, _)| *at).collect();
         let source = Source::Points { spacing: next_distance(&places), samples };
         (count > 0).then_some(Self { count, source, ellipsoids: Mutex::default() })
@@ -47,7 +48,7 @@ impl Scattered {
         (count > 0).then_some(Self { count, source, ellipsoids: Mutex::default() })
     }
 
-    /// How many there are, those that lie at one place counted each.
+    /// How many there are with a value, those that lie at one place counted each.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -71,8 +72,8 @@ impl Scattered {
         self.are_points() && self.count > Self::MOST_SAMPLED
     }
 
-    /// The ellipsoids, as [`Encoding::about_samples`] has them, made at the first call, where none is much wider than others; of
-    /// cells as [`Encoding::about_cells`] has them.
+    /// The ellipsoids, as [`Encoding::about_samples`] has them, made at the first call; of cells as [`Encoding::about_cells`] has
+    /// them, which end about where these do.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -84,7 +85,7 @@ impl Scattered {
         }
         let found = Arc::new(match &self.source {
             Source::Points { samples, .. } => {
-                Encoding::about_samples(samples.iter().copied(), ticket)?.without_wide()
+                Encoding::about_samples(samples.iter().copied(), ticket)?
             }
             Source::Cells(field) => {
                 // Cells that are points have none.
@@ -136,7 +137,8 @@ mod tests {
     fn about(field: &Arc<CellField>) -> Arc<Encoding> {
         let scattered = Scattered::of_cells(field).expect("cells");
         let found = scattered.ellipsoids(&Ticket::new()).expect("not cancelled");
-        assert_eq!(found.functions().len(), scattered.count());
+        let there = found.heights().iter().filter(|height| **height > 0.0).count();
+        assert_eq!(there, scattered.count());
         found
     }
 
@@ -158,8 +160,17 @@ mod tests {
                     let off = (value - expected).abs();
                     assert!(off < 6.0 * most, "{size} {is_of_tetrahedra} {on:?} {place}: {off}");
                 }
-                for place in [DVec3::ZERO, DVec3::splat(4.0), DVec3::new(0.0, 4.0, 2.0)] {
-                    assert!(!found.value(place * size).is_nan(), "{size} {on:?} {place}");
+                // They end about where the boxes do.
+                for i in 0..600 {
+                    let (axis, side) = (i % 3, i / 3 % 2);
+                    let share = |n: usize| 0.8 + 0.24 * (n % 11) as f64;
+                    let mut place = DVec3::new(share(i / 6), share(i / 66), share(i / 7));
+                    let is_there = |beyond: f64| {
+                        place[axis] = if side == 0 { -beyond } else { 4.0 + beyond };
+                        !found.value(place * size).is_nan()
+                    };
+                    let shown = [-0.2, 0.3].map(is_there);
+                    assert_eq!(shown, [true, false], "{size} {is_of_tetrahedra} {on:?} {place}");
                 }
             }
         }
@@ -195,10 +206,10 @@ mod tests {
         let field = Arc::new(CellField::new(cells, On::Points, vec![7.25; 16]));
         let found = Scattered::of_cells(&field).expect("cells").ellipsoids(&Ticket::new());
         let found = found.expect("not cancelled");
-        assert_eq!(found.functions().len(), 12);
+        assert_eq!(found.heights().iter().filter(|height| **height > 0.0).count(), 12);
         for i in 0..200 {
             let share = DVec3::new(f64::from(i % 11), f64::from(i % 13), f64::from(i % 17));
-            let place = share / DVec3::new(10.0, 12.0, 8.0);
+            let place = 0.15 + share / DVec3::new(15.0, 18.0, 10.0);
             assert!((found.value(place) - 7.25).abs() < 1e-12, "{place}");
         }
     }

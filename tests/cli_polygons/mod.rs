@@ -310,6 +310,15 @@ fn points_far_from_all_others_are_told_and_decide_neither_frame_nor_colours() {
     fs::write(&table, format!("x,y,z,v\n{body}{there}")).expect("written");
     let (said, ..) = draw();
     assert!(said.contains("smaller than a pixel") && !said.contains("far from"), "{said}");
+    // Those without a value are holes.
+    let number = |i: usize| if i % 10 < 5 { "nan".to_owned() } else { i.to_string() };
+    let holed: String = (0..1000)
+        .map(|i| format!("{},{},{},{}\n", i % 10, i / 10 % 10, i / 100, number(i)))
+        .collect();
+    fs::write(&table, format!("x,y,z,v\n{holed}")).expect("written");
+    let (said, half, ..) = draw();
+    assert!(said.contains("500 of 1000 points have no value of \"v\" (NaN)"), "{said}");
+    assert!(half > 1000 && half < without * 4 / 5, "{half} of {without} pixels");
 }
 
 #[test]

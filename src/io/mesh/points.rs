@@ -167,6 +167,17 @@ pub(super) fn mesh(
             all.len()
         )
     });
+    let values = grid.samples_of(drawn, component, ticket)?;
+    let without = all.len() - there.iter().flatten().filter(|i| !values.get(**i).is_nan()).count();
+    let holes = (without > 0).then(|| {
+        let has = if without == 1 { "has" } else { "have" };
+        let is = if without == 1 { "is" } else { "are" };
+        format!(
+            "{without} of {} points {has} no value of {:?} (NaN) and {is} not drawn",
+            all.len(),
+            drawn.name
+        )
+    });
     let spacing = next_distance(&places);
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let whole = all.iter().fold(none, |[low, high], at| [low.min(*at), high.max(*at)]);
@@ -217,8 +228,8 @@ pub(super) fn mesh(
         Mesh::of_places(name, &positions, normals, colours.unwrap_or_default(), faces.collect());
     let mesh = mesh.and_then(|mesh| mesh.with_arrays(arrays)).map_err(no_mesh)?;
     Ok(Some((
-        mesh.framed_by(frame.map(|(frame, _)| frame)),
-        far.into_iter().chain(small).collect(),
+        mesh.framed_by(frame.map(|(frame, _)| frame)).of_points(),
+        far.into_iter().chain(small).chain(holes).collect(),
     )))
 }
 

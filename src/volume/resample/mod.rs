@@ -185,7 +185,7 @@ impl Grid {
         let places = field.association.places(cells);
         let own = parallel::list(values.len(), |i| values.get(i));
         if own.len() > Scattered::MOST_SAMPLED && cells.is_surface() {
-            return dotted(&places, &own, &field.name);
+            return dotted(&places, &own, (&field.name, 0.0));
         }
         let needed = Scattered::BYTES * own.len() as u64;
         memory::require("the ellipsoids about the points", needed, memory::free_bytes())?;
@@ -199,7 +199,9 @@ impl Grid {
         let there = Samples::Float64(there.map(|(_, value)| *value).collect());
         let statistics = Some(Statistics::of(&there, ticket)?);
         if scattered.are_many_points() {
-            let lattice = dotted(&places, &own, &field.name)?;
+            // Ellipsoids go on beyond the last points.
+            let beyond = scattered.spacing().unwrap_or_default();
+            let lattice = dotted(&places, &own, (&field.name, beyond))?;
             return Ok(Spaced { scattered: Some(scattered), statistics, ..lattice });
         }
         let ellipsoids = scattered.ellipsoids(ticket)?;
@@ -301,8 +303,12 @@ impl Grid {
 }
 
 /// Samples of a lattice, each with the value of a place about it, and the rest without any: points without a look at their
-/// neighbours. The least and the greatest value are among them.
-fn dotted(places: &[DVec3], values: &[f64], name: &str) -> Result<Spaced, VolumeError> {
+/// neighbours. The least and the greatest value are among them. The lattice goes on so far beyond them.
+fn dotted(
+    places: &[DVec3],
+    values: &[f64],
+    (name, beyond): (&str, f64),
+) -> Result<Spaced, VolumeError> {
     let is_there = |at: &usize| values[*at].is_finite() && places[*at].is_finite();
     let there: Vec<usize> = (0..values.len().min(places.len())).filter(is_there).collect();
     let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
@@ -312,7 +318,7 @@ fn dotted(places: &[DVec3], values: &[f64], name: &str) -> Result<Spaced, Volume
         return Err(VolumeError::NothingFinite { field: name.to_owned(), found });
     };
     let bounds = bounds_of(there.iter().map(|at| &places[*at]));
-    let lattice = lattice_in(bounds, 0);
+    let lattice = lattice_in([bounds[0] - beyond, bounds[1] + beyond], 0);
     let mut samples = vec![f64::NAN; lattice.len()];
     let [nx, ny, _] = lattice.dims;
     for at in there.into_iter().chain([least, most]) {

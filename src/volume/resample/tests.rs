@@ -190,7 +190,7 @@ fn curved_surfaces_have_no_scalars_but_vectors_and_a_cancel_is_answered() {
 
 #[test]
 fn points_are_filled_from_the_ellipsoids_about_them_and_nothing_lies_beside_them() {
-    let places = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::NAN, DVec3::splat(9.0)];
+    let places = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::NAN, DVec3::ONE];
     let listing = Listing { points: places.to_vec(), starts: vec![0], ..Listing::default() };
     let cells = Arc::new(Cells::new(listing).unwrap());
     let own = Samples::Float64(vec![1.0, 2.0, 3.0, 4.0, 5.0, f64::NAN]);
