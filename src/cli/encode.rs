@@ -44,7 +44,8 @@ pub struct EncodeFlags {
     #[arg(long, value_name = "N", value_parser = values::bytes, allow_hyphen_values = true)]
     pub bytes: Option<u64>,
     /// Functions at most: what comes nearest by so many is written, also if that is further than --max-error or
-    /// --mean-error [default: one for 20 samples, or for each of 50, and else nothing is written; with --bytes as many as they hold]
+    /// --mean-error [default: one for every 20 samples, one for each where these are at most 50, and nothing is written where
+    /// they do not suffice; with --bytes as many as they hold]
     #[arg(long, value_name = "N", value_parser = values::functions, allow_hyphen_values = true)]
     pub functions: Option<usize>,
     /// Ends after the round in which so many seconds have passed: what comes nearest until then is written, also if that is
@@ -96,10 +97,12 @@ pub struct ConvertFlags {
 }
 
 pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
-    let EncodeFlags { max_error, mean_error, bytes, resume, .. } = flags;
-    if max_error.is_none() && mean_error.is_none() && bytes.is_none() && resume.is_none() {
+    let EncodeFlags { max_error, mean_error, bytes, functions, resume, .. } = flags;
+    let has_goal = max_error.is_some() || mean_error.is_some() || resume.is_some();
+    if !has_goal && bytes.is_none() && functions.is_none() {
         return Err(Failure::Usage(
-            "expected --max-error, --mean-error, --bytes or --resume, found none of them; say what the functions are to reach"
+            "expected --max-error, --mean-error, --functions, --bytes or --resume, found none of them; say what the functions are \
+             to reach"
                 .to_owned(),
         ));
     }

@@ -48,6 +48,9 @@ pub(super) struct Shade {
     constants: layout::Shade,
     /// Rows of the map from gradients per index in data units to the world's.
     world_from_gradient: DMat3,
+    /// What strengths are counted in on the device, a power of two near the least that has a direction: neither data nor world units
+    /// take them beyond single precision.
+    strength_unit: f64,
     /// World units.
     radius: f64,
     /// Of each table: what it is indexed by, the index of its first entry, and entries per index.
@@ -81,7 +84,8 @@ impl Shade {
             forward: narrow4(forward, 0.0),
             ..bytemuck::Zeroable::zeroed()
         };
-        constants.world_x[3] = narrow(1.0 / space.least_strength);
+        let strength_unit = space.least_strength.log2().round().exp2();
+        constants.world_x[3] = narrow(strength_unit / space.least_strength);
         constants.world_z[3] = narrow(Shading::opacity_factor_of_one(published));
         let mut lights = 0;
         if let Some(lighting) = &plan.shading.surface_lighting(&plan.inside) {
@@ -137,6 +141,7 @@ impl Shade {
             is_of_surfaces: shading.is_plain(),
             constants,
             world_from_gradient: space.world_from_gradient,
+            strength_unit,
             radius: space.radius,
             places,
             regions: shading.painted().to_vec(),
@@ -151,7 +156,8 @@ impl Shade {
                 // It has no border at 0: as if it went as far beyond.
                 (RegionShape::Rectangle, [weak, strong]) if weak <= 0.0 => [-strong, strong],
                 (_, strengths) => strengths,
-            };
+            }
+            .map(|strength| strength / self.strength_unit);
             let place = |low: f64, high: f64| [f64::midpoint(low, high), 2.0 / (high - low)];
             let ([u, per_u], [g, per_g]) = (place(low, high), place(weak, strong));
             constants.region_places[i] = [u, per_u, g, per_g].map(narrow);
@@ -178,7 +184,7 @@ impl Shade {
         let mut constants = self.constants;
         // Of means, an index is 2^level samples; values in data units.
         let scale = 1.0 / (f64::from(1_u32 << level) * values.per_value);
-        let rows = (self.world_from_gradient * scale).transpose();
+        let rows = (self.world_from_gradient * scale * self.strength_unit.recip()).transpose();
         let set = |row: &mut [f32; 4], v: DVec3| *row = narrow4(v, f64::from(row[3]));
         set(&mut constants.world_x, rows.x_axis);
         set(&mut constants.world_y, rows.y_axis);
@@ -189,6 +195,7 @@ impl Shade {
             // By value, the shader knows the cell.
             let (zero, unit) = match index {
                 Index::Value => (values.at_zero, values.per_value),
+                Index::GradientStrength => (0.0, self.strength_unit.recip()),
                 _ => (0.0, 1.0),
             };
             let per_unit = per_index / unit;

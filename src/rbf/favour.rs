@@ -6,6 +6,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::encoding::four_digits;
+use crate::core::plain_number;
 
 /// How far beyond its faces a region reaches, as a share of its sides: samples on a face lie in it, whatever rounding says.
 const ON_FACE: f64 = 1e-7;
@@ -54,10 +55,10 @@ pub struct Favour {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum FavourError {
     /// They would count for less than others, or without end.
-    #[error("expected samples to count 1 to {} times as much, found {}; give such a number", MOST_TIMES, .0)]
+    #[error("expected samples to count 1 to {} times as much, found {}; give such a number", MOST_TIMES, plain_number(*.0))]
     Times(f64),
     /// The range has no values.
-    #[error("expected a range of values from the least to the greatest, found {} to {}; exchange them", .0[0], .0[1])]
+    #[error("expected a range of values from the least to the greatest, found {} to {}; exchange them", plain_number(.0[0]), plain_number(.0[1]))]
     Range([f64; 2]),
     /// The box holds nothing.
     #[error("expected a box with a volume, found one without; give it another end along each axis")]

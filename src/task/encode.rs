@@ -28,6 +28,10 @@ const FINEST_PERCENT: f64 = 0.01;
 /// Places between samples that are looked at for what goes beyond these, at most, and those of the lattice besides.
 const MOST_MIDDLES: usize = 1 << 20;
 
+/// Of meshes as many places between samples, for each of these, are fitted to as well: a sum that is held at their points alone goes
+/// anywhere in their cells. (post.vtk, 2 288 points, 114 functions: 1.85 beyond a range of 1.29.)
+const MIDDLES_A_SAMPLE: usize = 2;
+
 /// What is told of where a field has values takes so many bytes at most, and an eighth of those that are asked for.
 const COVER_BYTES: u64 = 1024;
 const PARTS_OF_COVER: u64 = 8;
@@ -157,15 +161,24 @@ pub fn encode_field(
     asked.favour.map_or(Ok(()), |favour| favour.check())?;
     let lattice = grid.lattice_of_functions(field);
     let count = field.samples.len() / field.components;
-    let needed = (count as u64).saturating_mul(BYTES_A_SAMPLE);
+    let is_mesh = matches!(grid.shape, Shape::Unstructured(_));
+    let fitted = if is_mesh { 1 + MIDDLES_A_SAMPLE as u64 } else { 1 };
+    let needed = (count as u64 * fitted).saturating_mul(BYTES_A_SAMPLE);
     memory::require("fitting functions to the samples", needed, memory::free_bytes())?;
     let samples = grid.samples_of(field, component, ticket)?;
     let places = grid.places(field.association);
-    let points = Points::new((0..samples.len()).map(|i| (places.at(i).0, samples.get(i))));
-    let points = match asked.favour {
+    let own = || (0..samples.len()).map(|i| (places.at(i).0, samples.get(i)));
+    let weighted = |points: Points| match asked.favour {
         Some(favour) => points.weighted(|at, value| favour.weight(at, value)),
         None => points,
     };
+    let points = weighted(Points::new(own()));
+    let mut between = Vec::new();
+    if is_mesh {
+        between = grid.middles(field.association, &samples, MIDDLES_A_SAMPLE * count, ticket)?;
+        between.retain(|(_, value)| value.is_finite());
+    }
+    let denser = (!between.is_empty()).then(|| weighted(Points::new(own().chain(between))));
     let [low, high] = points
         .values()
         .iter()
@@ -203,9 +216,12 @@ pub fn encode_field(
         ..whole
     };
     let most_functions = asked.functions;
-    let judge = Judge { points: &points, goal: whole, most_functions, favoured, source, ticket };
+    let fitted_to = denser.as_ref().unwrap_or(&points);
+    let judge =
+        Judge { points: &points, fitted_to, goal: whole, most_functions, favoured, source, ticket };
     let fitted = judge.fitted((aim, high - low), earlier, told)?;
-    let mut places = grid.middles(field.association, &samples, MOST_MIDDLES, ticket)?;
+    let middles = grid.middles(field.association, &samples, MOST_MIDDLES, ticket)?;
+    let mut places: Vec<_> = middles.into_iter().map(|(at, _)| at).collect();
     if !fitted.source.fills_box {
         // Where it is drawn, too.
         let lattice = Places::Lattice(lattice);

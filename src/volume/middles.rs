@@ -10,7 +10,8 @@ impl Grid {
     /// Middles between samples that are finite, `most` of them at most, which lie evenly among all: of grids between each two,
     /// four or eight that are next to each other; of unstructured samples on points the middles of cells (of a surface those
     /// of its triangles), of each two of a cell's corners, and halfway from its middle to each; of samples on cells their points.
-    /// Points that no cell joins have none.
+    /// Points that no cell joins have none. Beside each place the mean of the samples that it is between, which is not a number
+    /// where these are not known.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -20,7 +21,7 @@ impl Grid {
         samples: &Samples,
         most: usize,
         ticket: &Ticket,
-    ) -> Result<Vec<DVec3>, Cancelled> {
+    ) -> Result<Vec<(DVec3, f64)>, Cancelled> {
         match &self.shape {
             Shape::Unstructured(cells) => of_cells(cells, association, samples, most, ticket),
             _ => Ok(half_steps(&self.places(association), samples, most)),
@@ -37,22 +38,23 @@ fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
 }
 
 /// Places half a step from samples along one axis or more.
-fn half_steps(places: &Places, samples: &Samples, most: usize) -> Vec<DVec3> {
+fn half_steps(places: &Places, samples: &Samples, most: usize) -> Vec<(DVec3, f64)> {
     let [nx, ny, nz] = places.dims();
     let halves = [nx, ny, nz].map(|n| 2 * n - 1);
     let middle = |i: usize| {
         let half = [i % halves[0], i / halves[0] % halves[1], i / (halves[0] * halves[1])];
         // Where all steps are whole there is a sample.
         half.iter().any(|steps| !steps.is_multiple_of(2)).then_some(())?;
-        let mut sum = DVec3::ZERO;
+        let (mut sum, mut value) = (DVec3::ZERO, 0.0);
         // Along an axis whose steps are whole both ends are the same sample.
         for corner in 0..8_usize {
             let [x, y, z] = [0, 1, 2].map(|axis| (half[axis] + (corner >> axis & 1)) / 2);
             let at = (z * ny + y) * nx + x;
             samples.get(at).is_finite().then_some(())?;
             sum += places.at(at).0;
+            value += samples.get(at) / 8.0;
         }
-        Some(sum / 8.0)
+        Some((sum / 8.0, value))
     };
     evenly(halves.iter().product(), most).filter_map(middle).collect()
 }
@@ -64,11 +66,12 @@ fn of_cells(
     samples: &Samples,
     most: usize,
     ticket: &Ticket,
-) -> Result<Vec<DVec3>, Cancelled> {
+) -> Result<Vec<(DVec3, f64)>, Cancelled> {
     let points = cells.points();
-    let finite = |at: DVec3| at.is_finite().then_some(at);
+    let finite = |(at, value): (DVec3, f64)| at.is_finite().then_some((at, value));
     if association == Association::Cell {
-        return Ok(evenly(cells.own_points(), most).filter_map(|i| finite(points[i])).collect());
+        let of_point = |i: usize| finite((points[i], f64::NAN));
+        return Ok(evenly(cells.own_points(), most).filter_map(of_point).collect());
     }
     // Points that splits add have no sample of their own.
     let is_known = |corner: &u32| {
@@ -77,17 +80,27 @@ fn of_cells(
     };
     let place = |corners: &[u32], number: usize| {
         corners.iter().all(is_known).then_some(())?;
-        let at = |corner: u32| points[corner as usize];
+        let sample = |corner: u32| {
+            let corner = corner as usize;
+            (points[corner], if corner < samples.len() { samples.get(corner) } else { f64::NAN })
+        };
+        let amid =
+            |(a, u): (DVec3, f64), (b, v): (DVec3, f64)| finite(((a + b) / 2.0, (u + v) / 2.0));
         let count = corners.len();
-        let middle = corners.iter().map(|corner| at(*corner)).sum::<DVec3>() / count as f64;
         if number <= count {
-            let corner = number.checked_sub(1).map_or(middle, |own| at(corners[own]));
-            return finite((middle + corner) / 2.0);
+            let none = (DVec3::ZERO, 0.0);
+            let add = |(at, value): (DVec3, f64), corner: &u32| {
+                let (own_at, own) = sample(*corner);
+                (at + own_at, value + own)
+            };
+            let (at, value) = corners.iter().fold(none, add);
+            let middle = (at / count as f64, value / count as f64);
+            return amid(middle, number.checked_sub(1).map_or(middle, |own| sample(corners[own])));
         }
         // Corners by the distance between them in the list.
         let (apart, first) = ((number - 1) / count, (number - 1) % count);
         let second = corners.get(first + apart)?;
-        finite((at(corners[first]) + at(*second)) / 2.0)
+        amid(sample(corners[first]), sample(*second))
     };
     let solids = cells.solids();
     if !solids.is_empty() {
@@ -130,7 +143,8 @@ mod tests {
         samples: &Samples,
         most: usize,
     ) -> Vec<DVec3> {
-        grid.middles(association, samples, most, &Ticket::new()).expect("not cancelled")
+        let found = grid.middles(association, samples, most, &Ticket::new());
+        found.expect("not cancelled").into_iter().map(|(at, _)| at).collect()
     }
 
     #[test]
@@ -157,6 +171,41 @@ mod tests {
         let beside = found_in(&grid, Association::Point, &floats(&values), usize::MAX);
         assert_eq!(beside.len(), found.len() - 7, "one cell has lost all seven that touch it");
         assert!(!beside.contains(&DVec3::new(10.5, 1.0, 2.0)));
+    }
+
+    #[test]
+    fn middles_have_the_means_of_the_samples_about_them() {
+        let lattice = Lattice::unit([3, 2, 2]);
+        let grid = Grid::of(lattice, Vec::<Field>::new());
+        let along = |at: DVec3| 1.0 + at.x + 2.0 * at.y - 4.0 * at.z;
+        let places = grid.places(Association::Point);
+        #[expect(clippy::cast_possible_truncation, reason = "small whole numbers")]
+        let values: Vec<f32> = (0..12).map(|i| along(places.at(i).0) as f32).collect();
+        let found = grid.middles(Association::Point, &floats(&values), usize::MAX, &Ticket::new());
+        for (at, value) in found.expect("not cancelled") {
+            assert!((value - along(at)).abs() < 1e-6, "{at}: {value}");
+        }
+        let corners =
+            [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(DVec3::from);
+        let listing = Listing {
+            points: corners.to_vec(),
+            types: vec![10],
+            starts: vec![0, 4],
+            corners: vec![0, 1, 2, 3],
+            ..Listing::default()
+        };
+        let cells = Arc::new(Cells::new(listing).expect("sound cells"));
+        let mesh = Grid::shaped([4, 1, 1], Shape::Unstructured(cells), Vec::new()).expect("a grid");
+        let values = floats(&[1.0, 2.0, 3.0, -3.0]);
+        let of_mesh = |association| {
+            mesh.middles(association, &values, usize::MAX, &Ticket::new()).expect("not cancelled")
+        };
+        let found = of_mesh(Association::Point);
+        assert_eq!(found.len(), 11);
+        for (at, value) in found {
+            assert!((value - along(at)).abs() < 1e-6, "{at}: {value}");
+        }
+        assert!(of_mesh(Association::Cell).iter().all(|(_, value)| value.is_nan()));
     }
 
     #[test]

@@ -109,7 +109,8 @@ impl Statistics {
         with_samples!(samples, values => Self::of_values(values, None, ticket))
     }
 
-    /// The same of samples of something that reaches from a least to a greatest value, neither of which need be among them.
+    /// The same of samples of something that reaches from a least to a greatest value, neither of which need be among them. What
+    /// lies beyond, as sums of functions may between samples, counts as the nearer of the two.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -128,7 +129,7 @@ impl Statistics {
         })?;
         let mut total = parts.into_iter().fold(Partial::EMPTY, Partial::merge);
         if let Some([low, high]) = range {
-            (total.min, total.max) = (total.min.min(low), total.max.max(high));
+            (total.min, total.max, total.mean) = (low, high, total.mean.clamp(low, high));
         }
         if total.finite == 0 {
             return Ok(Self {
@@ -166,7 +167,7 @@ impl Statistics {
             infinite_count: total.infinite,
             smooth_part: smooth_part(values, &bin, &histogram),
             histogram,
-            quantiles: quantiles(values),
+            quantiles: quantiles(values, [total.min, total.max]),
         })
     }
 
@@ -237,16 +238,17 @@ impl Binning {
     }
 }
 
-/// Sorted values at even ranks of an even subsample of the finite values.
-fn quantiles<T: Scalar>(values: &[T]) -> Vec<f64> {
+/// Sorted values at even ranks of an even subsample of the finite values, between two.
+fn quantiles<T: Scalar>(values: &[T], [low, high]: [f64; 2]) -> Vec<f64> {
     let mut sample: Vec<f64> = subsample(values.len())
         .map(|place| values[place].to_f64())
         .filter(|v| v.is_finite())
+        .map(|v| v.clamp(low, high))
         .collect();
     if sample.is_empty() {
         // Finite values so rare that the subsample missed them all.
         let finite = values.iter().map(|v| v.to_f64()).filter(|v| v.is_finite());
-        sample.extend(finite.take(QUANTILE_SAMPLES));
+        sample.extend(finite.map(|v| v.clamp(low, high)).take(QUANTILE_SAMPLES));
     }
     sample.sort_unstable_by(f64::total_cmp);
     let last = (sample.len() - 1) as f64;
@@ -405,6 +407,16 @@ mod tests {
         }
         assert_eq!(s.quantiles.len(), QUANTILES);
         assert!(s.quantiles.is_sorted());
+    }
+
+    #[test]
+    fn what_lies_beyond_a_range_counts_as_its_nearer_end() {
+        let samples = Samples::Float32(vec![-7.0, 0.25, 0.5, 9.0, f32::NAN]);
+        let found = Statistics::between(&samples, [0.0, 1.0], &Ticket::new()).unwrap();
+        assert_eq!((found.min, found.max, found.finite_count, found.nan_count), (0.0, 1.0, 4, 1));
+        assert_eq!((found.histogram[0], found.histogram[255]), (1, 1));
+        assert_eq!((found.quantile(0.0), found.quantile(1.0)), (0.0, 1.0));
+        assert!((0.0..=1.0).contains(&found.mean));
     }
 
     #[test]

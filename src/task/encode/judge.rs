@@ -32,6 +32,8 @@ const LONGEST_OVERSHOOT: f64 = 1.234_567_890_123_456_7e-300;
 /// What sums are held against.
 pub(super) struct Judge<'a> {
     pub(super) points: &'a Points,
+    /// And fitted to: the same, and of meshes places between them.
+    pub(super) fitted_to: &'a Points,
     pub(super) goal: Goal,
     /// That were asked for, where the goal has fewer for the bytes that there are.
     pub(super) most_functions: usize,
@@ -56,7 +58,7 @@ impl Judge<'_> {
             flow
         };
         let Some(earlier) = earlier else {
-            let found = encode(self.points, aim, self.ticket, &mut told)?;
+            let found = encode(self.fitted_to, aim, self.ticket, &mut told)?;
             let rounded = self.rounded(&found, f64::INFINITY)?;
             let rounded = rounded.ok_or_else(|| self.no_room(&found))?;
             return if is_ended.get() {
@@ -74,7 +76,7 @@ impl Judge<'_> {
         if is_there {
             return Ok(before);
         }
-        let found = resume(self.points, &earlier.encoding, aim, self.ticket, &mut told)?;
+        let found = resume(self.fitted_to, &earlier.encoding, aim, self.ticket, &mut told)?;
         // What was written once is written again; rounding may take back what little was gained.
         let is_as_it_was =
             found.functions() == earlier.encoding.functions() && self.fits(&before)?;
@@ -117,7 +119,7 @@ impl Judge<'_> {
                 flow
             };
             let aim = Goal { functions: count + more, ..aim };
-            let next = resume(self.points, &found, aim, self.ticket, told)?;
+            let next = resume(self.fitted_to, &found, aim, self.ticket, told)?;
             if next.functions() == found.functions() {
                 break;
             }
@@ -187,7 +189,7 @@ impl Judge<'_> {
         let mut best: Option<Encoded> = None;
         for precision in Precision::ALL {
             let first = vrbf::rounded(found, precision);
-            let second = vrbf::rounded(&reweighted(self.points, &first)?, precision);
+            let second = vrbf::rounded(&reweighted(self.fitted_to, &first)?, precision);
             for encoding in [first, second] {
                 let encoded = self.measured(encoding)?;
                 let may_be = encoded.errors.max <= most && self.fits(&encoded)?;
