@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::core::Ticket;
-use crate::io::{Encoded, Series, mesh};
+use crate::io::{Encoded, Facts, Series, mesh};
 use crate::polygons::Mesh;
 use crate::scene::FirstLook;
 use crate::transfer::presets;
@@ -184,6 +184,15 @@ pub struct ReadGrid {
     pub warnings: Vec<String>,
     /// The series that lie at its place, where there are several.
     pub series: Vec<Series>,
+    /// Of a file of basis functions, how far they are from their source.
+    pub encoding: Option<Facts>,
+}
+
+impl ReadGrid {
+    /// A grid of which there is nothing else to tell.
+    pub fn of(grid: Grid) -> Self {
+        Self { grid, warnings: Vec::new(), series: Vec::new(), encoding: None }
+    }
 }
 
 /// Why there is no grid.
@@ -261,6 +270,8 @@ pub struct Document {
     pub series: Vec<Series>,
     /// How many of the grid's fields the file holds. Another is what basis functions leave of one of these.
     pub fields_in_file: usize,
+    /// Of a file of basis functions, how far they are from their source.
+    pub encoding: Option<Facts>,
     /// A field that was encoded here, and which number of it.
     pub encoded: Option<EncodedField>,
 }
@@ -308,7 +319,7 @@ impl Document {
         source: Source,
         ticket: &Ticket,
     ) -> Result<Self, ReadFailure> {
-        let ReadGrid { grid, mut warnings, series } = library.read(&source, ticket)?;
+        let ReadGrid { grid, mut warnings, series, encoding } = library.read(&source, ticket)?;
         let grid = Arc::new(grid);
         let field = grid.field(None)?;
         let component = Component::usual(field.components);
@@ -334,6 +345,7 @@ impl Document {
         Ok(Self {
             source,
             fields_in_file: grid.fields.len(),
+            encoding,
             encoded: None,
             grid,
             field: 0,

@@ -87,8 +87,8 @@ fn told_exactly(path: &Path) -> Result<RawOverrides, ReadFailure> {
 fn opened(result: Result<io::Opened, ReadError>) -> Result<ReadGrid, ReadFailure> {
     match result {
         Ok(opened) => {
-            let io::Opened { grid, warnings, series, .. } = opened;
-            Ok(ReadGrid { grid, warnings, series })
+            let io::Opened { grid, warnings, series, encoding, .. } = opened;
+            Ok(ReadGrid { grid, warnings, series, encoding })
         }
         Err(error) if error.is_cancelled() => Err(ReadFailure::Cancelled),
         Err(error) => {
@@ -114,7 +114,7 @@ fn beyond_this_machine() -> ReadFailure {
 
 fn made(name: &str) -> Result<ReadGrid, ReadFailure> {
     let grid = demo::open(name, None).map_err(|error| ReadFailure::Refused(error.to_string()))?;
-    Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+    Ok(ReadGrid::of(grid))
 }
 
 /// What there is to see in a demo, one line; empty for one that is new here.
@@ -202,6 +202,30 @@ mod tests {
 
     fn read(path: &Path) -> Result<ReadGrid, ReadFailure> {
         Files.read(&Source::File(path.to_owned()), &Ticket::new())
+    }
+
+    #[test]
+    fn a_file_of_functions_tells_how_far_these_are_from_their_source() {
+        use crate::task::encode::{Asked, encode_field};
+
+        let grid = demo::open("blobs:10", None).unwrap();
+        let asked = Asked {
+            basis: crate::rbf::Basis::default(),
+            max_error: None,
+            mean_error: None,
+            bytes: None,
+            functions: 4,
+            favour: None,
+        };
+        let what = (&grid, &grid.fields[0], crate::volume::Component::Index(0));
+        let told = |_| std::ops::ControlFlow::Continue(());
+        let encoded = encode_field(what, "blobs", asked, None, &Ticket::new(), told).unwrap();
+        let (_folder, path) = written("a.vrbf", &io::vrbf::bytes(&encoded).unwrap());
+        let found = read(&path).unwrap().encoding.unwrap();
+        assert_eq!(found.max_error, encoded.errors.max);
+        assert!(found.functions == encoded.encoding.functions().len() && found.max_error > 0.0);
+        let (_folder, path) = written("a_4x3x2_uint8.raw", &[7; 24]);
+        assert!(read(&path).unwrap().encoding.is_none());
     }
 
     #[test]

@@ -15,13 +15,8 @@ use crate::core::counted;
 use crate::core::memory::human_bytes;
 use crate::io::{Encoded, may_be_replaced, nrrd_bytes, vrbf};
 use crate::rbf::{Basis, Favour, four_digits};
-use crate::task::encode::{Asked, Wanted, encode_field};
+use crate::task::encode::{Asked, Wanted, encode_field, usual_functions};
 use crate::volume::{Component, Field, Shape};
-
-/// Samples for each function at least, where nobody says how many functions: more are no encoding.
-const SAMPLES_A_FUNCTION: usize = 20;
-/// But as many functions as samples where these are no more: few may be far from each other.
-const FEW_SAMPLES: usize = 50;
 
 /// `voxsplat encode`.
 #[derive(Debug, Args)]
@@ -251,8 +246,7 @@ fn most_functions(
     earlier: Option<&Encoded>,
 ) -> Result<usize, Failure> {
     let own = earlier.map_or(0, |earlier| earlier.encoding.functions().len());
-    let samples = field.samples.len() / field.components;
-    let usual = (samples / SAMPLES_A_FUNCTION).max(samples.min(FEW_SAMPLES));
+    let usual = usual_functions(field.samples.len() / field.components);
     match flags.functions {
         Some(most) if most < own => Err(Failure::Failed(format!(
             "expected --functions of at least {own}, as many as the earlier fit has, found {most}; \

@@ -36,6 +36,16 @@ const MIDDLES_A_SAMPLE: usize = 2;
 const COVER_BYTES: u64 = 1024;
 const PARTS_OF_COVER: u64 = 8;
 
+/// Samples for each function at least, where nobody says how many functions: more are no encoding.
+const SAMPLES_A_FUNCTION: usize = 20;
+/// But as many functions as samples where these are no more: few may be far from each other.
+const FEW_SAMPLES: usize = 50;
+
+/// The most functions that so many samples are encoded by where nobody says how many.
+pub fn usual_functions(samples: usize) -> usize {
+    (samples / SAMPLES_A_FUNCTION).max(samples.min(FEW_SAMPLES))
+}
+
 /// Why there is no encoding of a field.
 #[derive(Debug, thiserror::Error)]
 pub enum FieldError {

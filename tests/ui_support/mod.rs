@@ -376,7 +376,7 @@ impl Library for NamedFiles {
             }
             "ring.vtu" => {
                 let grid = voxsplat::volume::demo::open("mesh", Some(4)).expect("a demo");
-                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+                Ok(ReadGrid::of(grid))
             }
             // The same points, each by itself.
             "points.csv" => {
@@ -394,7 +394,7 @@ impl Library for NamedFiles {
                     let cells = cells::Cells::new(listing).expect("points");
                     grid.shape = Shape::Unstructured(Arc::new(cells));
                 }
-                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+                Ok(ReadGrid::of(grid))
             }
             // A solid block of points.
             "block.csv" => {
@@ -410,7 +410,7 @@ impl Library for NamedFiles {
                     samples: Arc::new(Samples::Float32((0..729).map(|i| i as f32).collect())),
                 };
                 let grid = Grid::shaped([729, 1, 1], shape, vec![heat]).expect("a grid");
-                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+                Ok(ReadGrid::of(grid))
             }
             // A block of 5 × 4 × 3 points that leans more the higher it is.
             "bent.vts" => {
@@ -426,7 +426,7 @@ impl Library for NamedFiles {
                     samples: Arc::new(Samples::Float32((0..60).map(|i| i as f32).collect())),
                 };
                 let grid = Grid::shaped([5, 4, 3], shape, vec![heat]).expect("a grid");
-                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+                Ok(ReadGrid::of(grid))
             }
             // A square of two triangles, with a number on each corner and one on each triangle.
             "sheet.vtp" => {
@@ -451,7 +451,7 @@ impl Library for NamedFiles {
                 ];
                 let shape = Shape::Unstructured(Arc::new(cells));
                 let grid = Grid::shaped([4, 1, 1], shape, fields).expect("a grid");
-                Ok(ReadGrid { grid, warnings: Vec::new(), series: Vec::new() })
+                Ok(ReadGrid::of(grid))
             }
             // What there is much to know of.
             "noted.nrrd" => {
@@ -559,7 +559,7 @@ fn grid(dims: [usize; 3], name: &str, components: usize) -> ReadGrid {
         samples: Arc::new(Samples::UInt16((0..count).map(|i| i as u16).collect())),
     };
     let grid = Grid::of(Lattice::unit(dims), vec![field]);
-    ReadGrid { grid, warnings: Vec::new(), series: Vec::new() }
+    ReadGrid::of(grid)
 }
 
 /// Settings in memory.

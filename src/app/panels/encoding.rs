@@ -54,19 +54,19 @@ fn functions_ui(ui: &mut Ui, document: &Document) -> Option<EncodingRequest> {
         ),
         "How many functions the field is the sum of, and what they look like",
     )];
-    if let Some(encoded) = of_field {
+    if let Some(facts) = of_field.map(|of_field| of_field.facts()).or(document.encoding.clone()) {
         let of_range =
             |error: f64| format!("{} ({:.2} %)", words::value(error), 100.0 * error / range);
         rows.push((
             "Greatest error",
-            of_range(encoded.errors.max),
+            of_range(facts.max_error),
             "How far their sum is from a sample at most, and as a part of the values' range",
         ));
-        rows.push(("Mean error", of_range(encoded.errors.mean), "The mean over all samples"));
-        if let Some(favoured) = encoded.favoured {
+        rows.push(("Mean error", of_range(facts.mean_error), "The mean over all samples"));
+        if let Some((greatest, mean)) = facts.favoured_max_error.zip(facts.favoured_mean_error) {
             rows.push((
                 "Favoured",
-                format!("{}, mean {}", of_range(favoured.max), words::value(favoured.mean)),
+                format!("{}, mean {}", of_range(greatest), words::value(mean)),
                 "How far their sum is from a favoured sample at most, and in the mean over these",
             ));
         }
