@@ -21,8 +21,9 @@ use crate::scene::{Classify, View};
 /// Products go from face to face as long as no ray begins so far down a function's flank, as an exponent.
 const STEEPEST: f32 = 20.0;
 
-/// Steps towards the place where a mean ends.
+/// Steps towards the place where a mean ends, at most, and how far off 1 coverage may be there.
 const STEPS: usize = 5;
+const NEAR: f32 = 0.03;
 /// Places of a slab, as shares of it, at which it is looked for a mean that neither face has.
 const LOOKS: [f32; 3] = [0.25, 0.5, 0.75];
 
@@ -337,7 +338,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         if any(is_passed) {
             let outside = Covered::choose(is_in[0], far, near);
             let inside = Covered::choose(is_in[0], near, far);
-            let found = self.passed(simd, packet, outside, inside);
+            let found = self.passed(simd, packet, is_passed, [outside, inside]);
             widen_border(&mut border, is_passed, found);
         }
         // What lies between two faces is told by what is on either side: coverage rises up to the slab, and falls behind it.
@@ -357,7 +358,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             let is_there = may_be & most.cover.simd_ge(one);
             if any(is_there) {
                 for outside in ends {
-                    let found = self.passed(simd, packet, outside, most);
+                    let found = self.passed(simd, packet, is_there, [outside, most]);
                     widen_border(&mut border, is_there, found);
                 }
             }
@@ -365,15 +366,15 @@ impl<'a, S: Simd> Sums<'a, S> {
         border
     }
 
-    /// A place inside, as near as it is found to where coverage passes 1 on the way to one outside, and the value there: by false
-    /// position, the end that stays twice counting half (Illinois).
+    /// Where coverage passes 1 between a place outside and one inside, for those that ask, and the value there: by false
+    /// position, the end that stays twice counting half (Illinois). The place inside that is nearest, where none is near enough.
     #[inline(always)]
     fn passed(
         &self,
         simd: S,
         packet: &Packet<S>,
-        mut outside: Covered<S>,
-        mut inside: Covered<S>,
+        asks: Mask<S>,
+        [mut outside, mut inside]: [Covered<S>; 2],
     ) -> (Lanes<S>, Lanes<S>) {
         let (zero, one, half) = (all(simd, 0.0), all(simd, 1.0), all(simd, 0.5));
         // How far coverage is off 1, or half of it.
@@ -385,13 +386,17 @@ impl<'a, S: Simd> Sums<'a, S> {
             let share = share.max(zero).min(one);
             let t = (inside.t - outside.t).mul_add(share, outside.t);
             let (value, cover) = self.functions.weighed(simd, packet.at(t));
-            let (is_in, found) = (cover.simd_ge(one), Covered { t, cover, value });
+            let is_near = (cover - one).abs().simd_le(all(simd, NEAR));
+            let (is_in, found) = (cover.simd_ge(one) | is_near, Covered { t, cover, value });
             off = [
                 choose(is_in, off[0] * half, cover - one),
                 choose(is_in, cover - one, off[1] * half),
             ];
             inside = Covered::choose(is_in, found, inside);
             outside = Covered::choose(is_in, outside, found);
+            if !any(asks & !is_near) {
+                break;
+            }
         }
         (inside.t, inside.value)
     }

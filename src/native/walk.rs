@@ -696,17 +696,27 @@ fn trim<S: Simd>(
     let (begins, ends) = (begins & is_within, ends & is_within);
     if is_shaded {
         let of = (lattice, method, &None, of_borders);
-        let growths = [near.growth(simd, of, packet), far.growth(simd, of, packet)];
-        let [of_near, of_far] = match known {
-            Some([first, last]) => {
-                [Vec3::choose(begins, first, growths[0]), Vec3::choose(ends, last, growths[1])]
-            }
+        let none = Vec3::splat(simd, [0.0; 3]);
+        let at_near = if any(near.is_there) { near.growth(simd, of, packet) } else { none };
+        let at_far = if any(far.is_there) { far.growth(simd, of, packet) } else { none };
+        // Cells know them.
+        let [first, last] = match known {
+            Some(growths) => growths,
             None => {
-                let first = lattice.lit_growth(simd, method, packet.at(nearest), of_borders);
-                let last = lattice.lit_growth(simd, method, packet.at(farthest), of_borders);
-                [Vec3::choose(begins, first, growths[0]), Vec3::choose(ends, last, growths[1])]
+                let mut found = [none; 2];
+                if any(begins) {
+                    let place = packet.at(nearest);
+                    found[0] = lattice.lit_growth(simd, method, place, of_borders);
+                }
+                if any(ends) {
+                    let place = packet.at(farthest);
+                    found[1] = lattice.lit_growth(simd, method, place, of_borders);
+                }
+                found
             }
         };
+        let of_near = Vec3::choose(begins, first, at_near);
+        let of_far = Vec3::choose(ends, last, at_far);
         (near.growth, far.growth) = (Some(of_near), Some(of_far));
     }
     for (face, is_moved, t, value) in

@@ -4,6 +4,8 @@ use std::fmt;
 use std::sync::OnceLock;
 
 use glam::{BVec3, DVec3};
+use rstar::RTree;
+use rstar::primitives::{GeomWithData, Rectangle};
 use serde::{Deserialize, Serialize};
 
 use super::function::{Basis, Function};
@@ -298,7 +300,16 @@ impl Encoding {
 
     /// The functions that may reach a place in the box.
     fn near(&self, at: DVec3) -> &[u32] {
-        self.tree().near(self.bounds, at)
+        let (mut cell, mut bounds) = (self.tree(), self.bounds);
+        loop {
+            match cell {
+                Cell::Leaf(list) => return list,
+                Cell::Split(cells) => {
+                    let index = part_of(bounds, at);
+                    (cell, bounds) = (&cells[index], part(bounds, index));
+                }
+            }
+        }
     }
 
     /// About how far sums in single precision are off at most, as engines draw them: the greatest Σ |wᵢ| φᵢ ε at any function's
@@ -563,24 +574,24 @@ impl Weighed {
     }
 }
 
-/// What the functions of a mean, holes as well, add up to at the centre of each, were all of them as high.
+/// What the functions of a mean, holes as well, add up to at the centre of each, were all of them as high. By a tree of their boxes,
+/// which has any sizes beside each other: they may be a thousand times as large in one place as in another.
 fn totals(functions: &[Function], epsilon: f64, ticket: &Ticket) -> Result<Vec<f64>, Cancelled> {
-    let boxes: Vec<_> = functions.iter().map(|f| box_about(f, REACH * REACH)).collect();
-    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    let bounds = boxes.iter().fold(none, |[low, high], own| [low.min(own[0]), high.max(own[1])]);
-    #[expect(clippy::cast_possible_truncation, reason = "fewer functions than 2^32")]
-    let all = (0..functions.len() as u32).collect();
-    let tree = Cell::of(all, &boxes, bounds, 0);
+    let boxed = |(i, function): (usize, &Function)| {
+        let [low, high] = box_about(function, REACH * REACH).map(|at| at.to_array());
+        GeomWithData::new(Rectangle::from_corners(low, high), i)
+    };
+    let tree = RTree::bulk_load(functions.iter().enumerate().map(boxed).collect());
     parallel::try_list(functions.len(), |i| {
         if i.is_multiple_of(A_PART) && ticket.is_cancelled() {
             return Err(Cancelled);
         }
         let at = functions[i].centre;
-        let share = |j: &u32| {
-            let square = functions[*j as usize].square(at);
+        let share = |near: &GeomWithData<Rectangle<[f64; 3]>, usize>| {
+            let square = functions[near.data].square(at);
             (Basis::Ellipsoid.of_square(square) - epsilon).max(0.0)
         };
-        Ok(tree.near(bounds, at).iter().map(share).sum())
+        Ok(tree.locate_all_at_point(at.to_array()).map(share).sum())
     })
 }
 
@@ -613,20 +624,6 @@ fn touching(list: &[u32], boxes: &[[DVec3; 2]], [low, high]: [DVec3; 2]) -> Vec<
 }
 
 impl Cell {
-    /// What may reach a place in its box.
-    fn near(&self, mut bounds: [DVec3; 2], at: DVec3) -> &[u32] {
-        let mut cell = self;
-        loop {
-            match cell {
-                Self::Leaf(list) => return list,
-                Self::Split(cells) => {
-                    let index = part_of(bounds, at);
-                    (cell, bounds) = (&cells[index], part(bounds, index));
-                }
-            }
-        }
-    }
-
     /// Of the functions that reach a box.
     fn of(list: Vec<u32>, boxes: &[[DVec3; 2]], bounds: [DVec3; 2], depth: u32) -> Self {
         if list.len() <= FEW || depth == DEEPEST {
