@@ -25,6 +25,7 @@ use crate::scene::{
     self, Lighting, PolygonLayer, SampleSource, Scene, Shading, SplatSettings, VectorLayer,
 };
 use crate::transfer::{Cumulative, Weight};
+use crate::vector::{Design, Marks};
 use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
 
 /// Samples along an axis.
@@ -182,6 +183,8 @@ fn lists_of_kernels_are_placed_sorted_and_taken_some_at_a_time() {
         thickness: super::slab_thickness(&plan),
         field_slabs: 1,
     };
+    // The table of marks, which is made once a process, is looked at by itself.
+    Marks::new(Design::default());
     // Five passes in their order, after they were placed.
     assert_stops("kernels", (count >> 13) + 5 * (count >> 14), |ticket| {
         Kernels::new(&plan, &slabs, &[], ticket)
