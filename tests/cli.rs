@@ -1562,7 +1562,7 @@ fn four_points_have_four_functions_and_what_is_said_names_what_was_asked_for() {
     assert!(String::from_utf8_lossy(&told.stdout).contains("1 function (ellipsoid)"));
     let none = voxsplat(&["encode", &points, "-o", &output, "--seconds", "3"]);
     let said = errors(&none);
-    assert!(none.status.code() == Some(2) && said.contains("--mean-error, --bytes or"), "{said}");
+    assert!(none.status.code() == Some(2) && said.contains("--functions, --bytes or"), "{said}");
 }
 
 #[test]
@@ -1819,6 +1819,10 @@ fn scattered_points_are_drawn_by_themselves() {
             let size = ["--resolution", "80,60", "--engine", engine];
             let drawn =
                 voxsplat(&[&["render", source, "--output", &picture], flags, &size[..]].concat());
+            if engine == "gpu" && errors(&drawn).contains("expected an adapter that ends no loop") {
+                println!("skipped {source} by this adapter: it ends loops before their time");
+                continue;
+            }
             assert_eq!(drawn.status.code(), Some(0), "{source} {engine}: {}", errors(&drawn));
             let has_density = errors(&drawn).contains("how dense its points lie");
             assert_eq!(has_density, source == bare, "{}", errors(&drawn));
