@@ -138,6 +138,17 @@ impl CellField {
         let sample =
             |(i, (sum, count)): (usize, &(DMat3, f64))| (points[i], self.values[i], *sum / *count);
         let mut samples: Vec<(DVec3, f64, DMat3)> = used.map(sample).collect();
+        // Points at one place have one spread there, as they will have among the samples.
+        if let Some(places) = self.cells.places(ticket)? {
+            for i in (0..sums.len()).filter(|i| places[*i] as usize != *i) {
+                let (sum, count) = std::mem::take(&mut sums[i]);
+                let at = &mut sums[places[i] as usize];
+                *at = (at.0 + sum, at.1 + count);
+            }
+            for i in 0..sums.len() {
+                sums[i] = sums[places[i] as usize];
+            }
+        }
         let of_face = |face: &Face| {
             let at = |corner: &u32| sums[*corner as usize];
             face.corners.iter().map(|corner| at(corner).0 / (4.0 * at(corner).1)).sum()
@@ -186,7 +197,7 @@ impl CellField {
                 On::Cells => 2.0 * depth(self.cells.placed(number).at(solid.kind().middle()).0),
             };
             let place = centre + outwards * (BEYOND * far);
-            let is_free = far > 0.0 && finder.find(place).is_none();
+            let is_free = far > 0.0 && !finder.holds(place);
             is_free.then(|| (place, f64::NAN, spread(face)))
         };
         let found = mapped(faces.len(), A_PART, beyond, ticket)?;

@@ -54,6 +54,12 @@ impl Finder {
         })
     }
 
+    /// Whether a place is inside a solid, and not at its border: sooner told than which.
+    pub(super) fn holds(&self, place: DVec3) -> bool {
+        let near = self.listed.near((place - self.low) / self.step);
+        near.iter().any(|solid| self.is_inside(*solid as usize, place))
+    }
+
     /// How many of the file's cells overlap others deeply: the middle of one of their solids lies inside another cell. Takes
     /// about as long as the lists.
     ///

@@ -164,7 +164,7 @@ impl Cells {
 
     /// The first point at the place of each; `None` where no two are at one place.
     #[expect(clippy::cast_possible_truncation, reason = "points have 32 bits")]
-    fn places(&self, ticket: &Ticket) -> Result<Option<&[u32]>, Cancelled> {
+    pub(super) fn places(&self, ticket: &Ticket) -> Result<Option<&[u32]>, Cancelled> {
         if let Some(known) = self.places.get() {
             return Ok(known.as_deref());
         }
