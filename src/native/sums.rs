@@ -22,10 +22,10 @@ use crate::scene::{Classify, View};
 const STEEPEST: f32 = 20.0;
 
 /// Steps towards the place where a mean ends, at most, and how far off 1 coverage may be there.
-const STEPS: usize = 5;
-const NEAR: f32 = 0.03;
-/// Places of a slab, as shares of it, at which it is looked for a mean that neither face has.
-const LOOKS: [f32; 3] = [0.25, 0.5, 0.75];
+const STEPS: usize = 8;
+const NEAR: f32 = 1e-3;
+/// Places of a slab, as shares of it, at which it is looked for a mean that neither face has: those of the device.
+const LOOKS: [f32; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
 /// Functions that are placed between two looks at the ticket.
 const A_RUN: usize = 1 << 13;
@@ -341,24 +341,23 @@ impl<'a, S: Simd> Sums<'a, S> {
             let found = self.passed(simd, packet, is_passed, [outside, inside]);
             widen_border(&mut border, is_passed, found);
         }
-        // What lies between two faces is told by what is on either side: coverage rises up to the slab, and falls behind it.
-        let before = if i > 0 { self.coverages[i - 1] } else { zero };
-        let behind = if i + 1 < self.window.len() { self.coverages[i + 2] } else { zero };
-        let is_top = near.cover.simd_ge(before) & far.cover.simd_ge(behind);
+        // What lies between two faces alone, as the device looks for it.
         let is_near = near.cover.max(far.cover).simd_gt(zero);
-        let may_be = is_slab & !is_in[0] & !is_in[1] & is_top & is_near;
+        let may_be = is_slab & !is_in[0] & !is_in[1] & is_near;
         if any(may_be) {
-            let mut most = near;
+            let (mut first, mut last, mut is_met) = (near, far, zero.simd_gt(one));
             for share in LOOKS {
                 let t = (far.t - near.t).mul_add(all(simd, share), near.t);
                 let (value, cover) = self.functions.weighed(simd, packet.at(t));
-                let is_more = cover.simd_gt(most.cover);
-                most = Covered::choose(is_more, Covered { t, cover, value }, most);
+                let (is_inside, here) = (cover.simd_ge(one), Covered { t, cover, value });
+                first = Covered::choose(is_inside & !is_met, here, first);
+                last = Covered::choose(is_inside, here, last);
+                is_met = is_met | is_inside;
             }
-            let is_there = may_be & most.cover.simd_ge(one);
+            let is_there = may_be & is_met;
             if any(is_there) {
-                for outside in ends {
-                    let found = self.passed(simd, packet, is_there, [outside, most]);
+                for ends in [[near, first], [far, last]] {
+                    let found = self.passed(simd, packet, is_there, ends);
                     widen_border(&mut border, is_there, found);
                 }
             }
