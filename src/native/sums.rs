@@ -22,8 +22,8 @@ use crate::scene::{Classify, View};
 const STEEPEST: f32 = 20.0;
 
 /// Steps towards the place where a mean ends, at most, and how far off 1 coverage may be there.
-const STEPS: usize = 8;
-const NEAR: f32 = 1e-3;
+const STEPS: usize = 12;
+const NEAR: f32 = 1e-5;
 /// Places of a slab, as shares of it, at which it is looked for a mean that neither face has: those of the device.
 const LOOKS: [f32; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::OnceLock;
 
-use glam::{BVec3, DVec3};
+use glam::{BVec3, DMat3, DVec3};
 use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use serde::{Deserialize, Serialize};
@@ -358,11 +358,15 @@ impl Encoding {
 
     /// What light takes for that growth of a mean: near its border, where coverage c is below [`LIT`], inwards as coverage grows
     /// besides, by ((LIT − c) / (LIT − 1))² ∇c times the range of its values. A surface and its back are lit alike.
-    pub fn growth_for_light(&self, at: DVec3) -> DVec3 {
+    ///
+    /// Per step along each of `axes`, the columns of a lattice's: by these it is told what is alike, too, as engines do, which know
+    /// no others.
+    pub fn growth_for_light(&self, at: DVec3, axes: DMat3) -> DVec3 {
         let found = self.weighed(at);
         let near = ((LIT - found.coverage) / (LIT - 1.0)).clamp(0.0, 1.0);
-        let border = found.thickening * (self.range * near * near);
-        let growth = found.growth();
+        let per_step = axes.transpose();
+        let border = per_step * found.thickening * (self.range * near * near);
+        let growth = per_step * found.growth();
         if border.dot(growth) < 0.0 { border - growth } else { border + growth }
     }
 

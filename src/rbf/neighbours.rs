@@ -455,11 +455,11 @@ mod tests {
             let found = mean_of(lattice(DVec3::ONE).map(|at| (at, value(at))));
             for (axis, side) in [(DVec3::Y, 1.0), (DVec3::Z, -1.0), (DVec3::X, 1.0)] {
                 let at = 3.1 + axis * (3.5 * side - 0.1);
-                let lit = found.growth_for_light(at).normalize();
+                let lit = found.growth_for_light(at, DMat3::IDENTITY).normalize();
                 assert!(lit.dot(-axis * side) > 0.95, "{constant} {axis}: {lit}");
             }
             let inside = DVec3::new(3.2, 2.7, 3.4);
-            assert_eq!(found.growth_for_light(inside), found.gradient(inside));
+            assert_eq!(found.growth_for_light(inside, DMat3::IDENTITY), found.gradient(inside));
         }
     }
 

@@ -383,8 +383,7 @@ impl Field {
             return Some(cells.growth_for_light(place));
         }
         let (functions, lattice) = self.functions.as_ref().filter(|_| self.has_borders)?;
-        let growth = functions.growth_for_light(lattice.world_from_index(place));
-        Some(lattice.axes().transpose() * growth)
+        Some(functions.growth_for_light(lattice.world_from_index(place), lattice.axes()))
     }
 
     /// The growth per index of what has a derivative in closed form.
