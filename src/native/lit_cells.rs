@@ -4,7 +4,7 @@ use fearless_simd::{Simd, prelude::*};
 
 use super::lanes::{Lanes, Vec3, all, any, choose};
 
-/// What light takes for the growth of a field ([`cells::ShadingNormals`]).
+/// What light takes for the growth of a field ([`crate::cells::ShadingNormals`]).
 #[derive(Debug, Default)]
 pub(super) struct Lit {
     /// Growth per index, and 1 on the border, 0 elsewhere.

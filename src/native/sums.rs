@@ -319,7 +319,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
         let first = self.window.begin() + i as f32;
         let mut ends = [Covered { t: zero, cover: zero, value: zero }; 2];
-        for side in 0..2 {
+        for (side, end) in ends.iter_mut().enumerate() {
             let whole = all(simd, (first + side as f32) * self.window.step);
             let t = whole.max(packet.enter).min(packet.leave);
             let (mut value, mut cover) = (self.values[i + side], self.coverages[i + side]);
@@ -329,7 +329,7 @@ impl<'a, S: Simd> Sums<'a, S> {
                 value = choose(is_elsewhere, found, value);
                 cover = choose(is_elsewhere, there, cover);
             }
-            ends[side] = Covered { t, cover, value };
+            *end = Covered { t, cover, value };
         }
         let [near, far] = ends;
         let is_slab = near.t.simd_lt(far.t) & packet.is_there;
@@ -352,7 +352,7 @@ impl<'a, S: Simd> Sums<'a, S> {
                 let (is_inside, here) = (cover.simd_ge(one), Covered { t, cover, value });
                 first = Covered::choose(is_inside & !is_met, here, first);
                 last = Covered::choose(is_inside, here, last);
-                is_met = is_met | is_inside;
+                is_met |= is_inside;
             }
             let is_there = may_be & is_met;
             if any(is_there) {

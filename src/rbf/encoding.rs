@@ -80,7 +80,7 @@ pub enum Blend {
     #[default]
     Sum,
     /// Their mean, each weighed by how near it is: Σ wᵢ hᵢ φᵢ / Σ hᵢ φᵢ (Shepard), φ less what it is where it ends. A constant
-    /// stays one. Heights hᵢ make the *coverage* Σ hᵢ φᵢ about 1 / [`SHARE`] among functions, however they lie; nothing is where
+    /// stays one. Heights hᵢ make the *coverage* Σ hᵢ φᵢ about 1 / `SHARE` among functions, however they lie; nothing is where
     /// it is less than 1, so that a mean ends about as far beyond the last functions as these lie apart, halved. Functions
     /// without a weight take twice as much from the coverage as they would give, and nothing from the mean: they are holes.
     Mean,
