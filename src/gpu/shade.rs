@@ -84,8 +84,10 @@ impl Shade {
             forward: narrow4(forward, 0.0),
             ..bytemuck::Zeroable::zeroed()
         };
-        let strength_unit = space.least_strength.log2().round().exp2();
-        constants.world_x[3] = narrow(strength_unit / space.least_strength);
+        // Of a constant over huge steps that is 0.
+        let least_strength = space.least_strength.max(f64::MIN_POSITIVE);
+        let strength_unit = least_strength.log2().round().exp2();
+        constants.world_x[3] = narrow(strength_unit / least_strength);
         constants.world_z[3] = narrow(Shading::opacity_factor_of_one(published));
         let mut lights = 0;
         if let Some(lighting) = &plan.shading.surface_lighting(&plan.inside) {

@@ -197,20 +197,8 @@ impl Encoding {
         }
         // Where all are alike any will do.
         let range = if most > least { most - least } else { 1.0 };
-        let (tree, least) = (OnceLock::new(), OnceLock::new());
-        Ok(Self {
-            basis,
-            blend,
-            bias,
-            epsilon,
-            functions,
-            reaches,
-            heights,
-            range,
-            bounds,
-            tree,
-            least,
-        })
+        let empty = Self::new(basis, bias, epsilon, [], bounds);
+        Ok(Self { blend, functions, reaches, heights, range, ..empty })
     }
 
     /// How functions that overlap make one value.
