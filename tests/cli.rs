@@ -712,6 +712,7 @@ fn the_native_engine_tells_its_loop_its_stages_and_its_bytes() {
             "slabs of B-splines, plain",
             &["mask_depths", "walk_slabs"][..],
         ),
+        (&["--shading", "lights"], "slabs of B-splines, lit", &["mask_depths", "walk_slabs"]),
         (&["--slice", "z=50%"], "slabs of B-splines, with effects", &["mask_depths", "walk_slabs"]),
         (
             &["--kernel", "linear", "--shading", "none"],

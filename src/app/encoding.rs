@@ -19,9 +19,14 @@ use crate::core::Ticket;
 use crate::io::{Encoded, vrbf};
 use crate::rbf::{Basis, Errors, Favour, Region, Step};
 use crate::scene::SplatSettings;
-use crate::task::encode::{Asked, FieldError, Wanted, encode_field, residual};
+use crate::task::encode::{Asked, FieldError, Wanted, encode_field, residual, usual_functions};
 use crate::task::output_file::OutputFile;
 use crate::volume::{Component, Field, Grid, ScalarVolume};
+
+/// The fewest functions that may be asked for.
+pub(super) const LEAST_FUNCTIONS: u32 = 4;
+/// Functions at most where nobody has said how many.
+const MOST_AT_FIRST: usize = 2000;
 
 /// What ends an encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -49,8 +54,8 @@ pub struct EncodeChoice {
     pub percent: f64,
     /// The most kilobytes of a file.
     pub kilobytes: u32,
-    /// Functions at most.
-    pub functions: u32,
+    /// Functions at most; `None`: as many as the field is usually encoded by.
+    pub functions: Option<u32>,
     /// What they look like.
     pub basis: Basis,
     /// Two values between which samples count more.
@@ -67,7 +72,7 @@ impl Default for EncodeChoice {
             goal: EncodeGoal::default(),
             percent: 2.0,
             kilobytes: 20,
-            functions: 2000,
+            functions: None,
             basis: Basis::default(),
             favoured: None,
             favours_clip_box: false,
@@ -77,8 +82,16 @@ impl Default for EncodeChoice {
 }
 
 impl EncodeChoice {
-    /// What is asked for, with the samples in a region where that is to be favoured.
-    fn asked(&self, region: Option<Region>) -> Asked {
+    /// Functions at most: as many as were chosen, or as the field has room for, and no more than take a minute.
+    pub(super) fn most_functions(&self, document: &Document) -> u32 {
+        let field = &document.grid.fields[document.field];
+        let usual = usual_functions(field.samples.len() / field.components);
+        let usual = usual.clamp(LEAST_FUNCTIONS as usize, MOST_AT_FIRST);
+        self.functions.unwrap_or(u32::try_from(usual).unwrap_or(LEAST_FUNCTIONS))
+    }
+
+    /// What is asked for by so many functions, with the samples in a region where that is to be favoured.
+    fn asked(&self, functions: u32, region: Option<Region>) -> Asked {
         let of_goal =
             |goal: EncodeGoal| (goal == self.goal).then_some(Wanted::Percent(self.percent));
         let bytes = u64::from(self.kilobytes) * 1000;
@@ -90,7 +103,7 @@ impl EncodeChoice {
             max_error: of_goal(EncodeGoal::Greatest),
             mean_error: of_goal(EncodeGoal::Mean),
             bytes: (self.goal == EncodeGoal::Bytes).then_some(bytes),
-            functions: self.functions as usize,
+            functions: functions as usize,
             favour: is_favouring.then_some(Favour { times: self.times, range, region }),
         }
     }
@@ -212,7 +225,8 @@ impl Window {
         let Some(document) = &self.document else { return };
         let bounds = self.scene.as_ref().and_then(|scene| scene.inside.clip.bounds);
         let region = bounds.map(|bounds| bounds.region(&document.volume.lattice));
-        let mut asked = self.encode_choice.asked(region);
+        let most_functions = self.encode_choice.most_functions(document);
+        let mut asked = self.encode_choice.asked(most_functions, region);
         // A fit goes on with what it favoured.
         let before = earlier.as_ref().and_then(|earlier| earlier.source.favour);
         asked.favour = before.or(asked.favour);

@@ -8,6 +8,7 @@ pub mod colour;
 pub mod memory;
 mod names;
 mod pace;
+mod pages;
 pub mod panics;
 pub mod parallel;
 mod pieces;
@@ -18,6 +19,7 @@ pub use colour::{LinearRgb, Srgb8};
 pub(crate) use names::names;
 pub use names::{counted, plain_number};
 pub use pace::Pace;
+pub use pages::LargePages;
 #[cfg(test)]
 pub(crate) use pieces::assert_stops;
 pub use pieces::{Looks, mapped};

@@ -2,14 +2,14 @@
 
 use std::sync::{Arc, OnceLock};
 
-use fearless_simd::{Simd, f32x4, i32x8, prelude::*};
+use fearless_simd::{Simd, f32x4, f64x2, i32x8, prelude::*};
 
 use super::bricks::{self, BRICK};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use super::own::Own;
 use super::weights::{self, natural};
 use crate::core::parallel;
-use crate::core::{Cancelled, Ticket, mapped};
+use crate::core::{Cancelled, LargePages, Ticket, mapped};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
 use crate::rbf::Limits;
 use crate::scene::{Reconstruction, SplatSettings};
@@ -32,7 +32,7 @@ pub(super) struct Lattice {
     extent: Option<f64>,
     reconstruction: Reconstruction,
     limits: Limits,
-    values: Vec<f32>,
+    values: LargePages,
     /// What is to be added to each value.
     pub bias: f64,
     pub dims: [usize; 3],
@@ -130,7 +130,7 @@ impl Lattice {
         let [sx, sy, sz] = dims.map(|n| n + 2 * pad);
         let place: [Vec<usize>; 3] =
             [0, 1, 2].map(|a| (0..dims[a] + 2 * pad).map(|i| mirrored(i, pad, dims[a])).collect());
-        let mut stored = vec![0.0_f32; sx * sy * sz + SLACK];
+        let mut stored = LargePages::zeros(sx * sy * sz + SLACK);
         let planes = stored[..sx * sy * sz].chunks_mut(sx * sy);
         parallel::try_each(planes.enumerate(), |(z, plane)| {
             if ticket.is_cancelled() {
@@ -323,6 +323,33 @@ impl Lattice {
         ])
     }
 
+    /// Two neighbours along x, as they lie in memory.
+    #[inline(always)]
+    fn pair(&self, at: i32) -> f64 {
+        #[expect(clippy::cast_sign_loss, reason = "stored_at clamps")]
+        let at = at as usize;
+        assert!(!cfg!(test) || at + 2 <= self.values.len());
+        // SAFETY: as of `four`; these are 8 bytes of its 16.
+        #[expect(unsafe_code, reason = "unchecked loads in the innermost loop")]
+        let pair = unsafe { self.values.as_ptr().add(at).cast::<f64>().read_unaligned() };
+        pair
+    }
+
+    /// Two neighbours along x of either of two rays.
+    #[inline(always)]
+    fn pairs<S: Simd>(&self, simd: S, [near, far]: [i32; 2], offset: i32) -> f32x4<S> {
+        f64x2::load_array(simd, [self.pair(near + offset), self.pair(far + offset)]).bitcast()
+    }
+
+    /// Two neighbours along x of each ray, a lane a ray.
+    #[inline(always)]
+    fn two<S: Simd>(&self, simd: S, at: [i32; LANES], offset: i32) -> [Lanes<S>; 2] {
+        let [a, b, c, d, e, f, g, h] = at;
+        let (ab, cd) = (self.pairs(simd, [a, b], offset), self.pairs(simd, [c, d], offset));
+        let (ef, gh) = (self.pairs(simd, [e, f], offset), self.pairs(simd, [g, h], offset));
+        [ab.unzip_low(cd).combine(ef.unzip_low(gh)), ab.unzip_high(cd).combine(ef.unzip_high(gh))]
+    }
+
     /// Σ of the 4³ samples of each ray, by the products of their weights along x, y and z. Two rays go together, a row of
     /// either beside the other, so that no row is turned about before the sums are. Not in loops, which would be kept, and
     /// look up in memory what is spread here from registers: a quarter of the time.
@@ -388,35 +415,71 @@ impl Lattice {
         )
     }
 
-    /// A B-spline and its growth, of the same samples: little more than half the time of both by themselves.
+    /// A B-spline and its growth, of the same samples: little more than half the time of both by themselves. Two rays go
+    /// together as in [`Self::weighted`].
     #[inline(always)]
     fn spline_with_growth<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Lanes<S>, Vec3<S>) {
         let (cell, [fx, fy, fz]) = self.cell(simd, place);
         let at = self.stored_at(simd, cell, 1);
-        let (wx, wy, wz) = (natural(simd, fx), natural(simd, fy), natural(simd, fz));
-        let (sx, sy, sz) = (slopes(simd, fx), slopes(simd, fy), slopes(simd, fz));
+        let across = [natural(simd, fy), slopes(simd, fy), natural(simd, fz), slopes(simd, fz)];
+        let [a, b, c, d] = [
+            self.of_two_with_growth::<S, 0>(simd, at, &across),
+            self.of_two_with_growth::<S, 1>(simd, at, &across),
+            self.of_two_with_growth::<S, 2>(simd, at, &across),
+            self.of_two_with_growth::<S, 3>(simd, at, &across),
+        ];
+        let along = natural(simd, fx);
+        let values = turned_about([a[0], b[0], c[0], d[0]]);
+        let growth = Vec3 {
+            x: dot(values, slopes(simd, fx)),
+            y: dot(turned_about([a[1], b[1], c[1], d[1]]), along),
+            z: dot(turned_about([a[2], b[2], c[2], d[2]]), along),
+        };
+        (dot(values, along), growth)
+    }
+
+    /// What of a value, and of its growth along y and z, rays `J` and `J` + 4 have at each of four places along x, by weights and
+    /// their slopes along y and z.
+    #[inline(always)]
+    fn of_two_with_growth<S: Simd, const J: usize>(
+        &self,
+        simd: S,
+        at: [i32; LANES],
+        [y, along_y, z, along_z]: &[[Lanes<S>; 4]; 4],
+    ) -> [Lanes<S>; 3] {
+        let (at, plane) = ([at[J], at[J + 4]], self.plane);
+        let by = [spread::<S, J>(simd, y), spread::<S, J>(simd, along_y)];
+        let (z, along_z) = (spread::<S, J>(simd, z), spread::<S, J>(simd, along_z));
         let none = all(simd, 0.0);
-        let mut value = none;
-        let mut growth = Vec3 { x: none, y: none, z: none };
-        let mut plane = 0;
-        for z in 0..4 {
-            let (mut of_plane, mut along_x, mut along_y) = (none, none, none);
-            let mut offset = plane;
-            for y in 0..4 {
-                let row = self.row(simd, at, offset);
-                let of_row = dot(row, wx);
-                of_plane = of_row.mul_add(wy[y], of_plane);
-                along_x = dot(row, sx).mul_add(wy[y], along_x);
-                along_y = of_row.mul_add(sy[y], along_y);
-                offset += self.row;
-            }
-            value = of_plane.mul_add(wz[z], value);
-            growth.x = along_x.mul_add(wz[z], growth.x);
-            growth.y = along_y.mul_add(wz[z], growth.y);
-            growth.z = of_plane.mul_add(sz[z], growth.z);
-            plane += self.plane;
-        }
-        (value, growth)
+        let sums = self.plane_with_growth(simd, at, 0, &by, [z[0], along_z[0]], [none; 3]);
+        let sums = self.plane_with_growth(simd, at, plane, &by, [z[1], along_z[1]], sums);
+        let sums = self.plane_with_growth(simd, at, 2 * plane, &by, [z[2], along_z[2]], sums);
+        self.plane_with_growth(simd, at, 3 * plane, &by, [z[3], along_z[3]], sums)
+    }
+
+    /// Sums of that, and what one plane of samples adds to them.
+    #[inline(always)]
+    fn plane_with_growth<S: Simd>(
+        &self,
+        simd: S,
+        at: [i32; 2],
+        offset: i32,
+        [y, along_y]: &[[Lanes<S>; 4]; 2],
+        [z, along_z]: [Lanes<S>; 2],
+        [value, of_y, of_z]: [Lanes<S>; 3],
+    ) -> [Lanes<S>; 3] {
+        let rows = [
+            self.fours(simd, at, offset),
+            self.fours(simd, at, offset + self.row),
+            self.fours(simd, at, offset + 2 * self.row),
+            self.fours(simd, at, offset + 3 * self.row),
+        ];
+        let of_plane = dot(rows, *y);
+        [
+            of_plane.mul_add(z, value),
+            dot(rows, *along_y).mul_add(z, of_y),
+            of_plane.mul_add(along_z, of_z),
+        ]
     }
 
     /// Tents and their growth within the cell.
@@ -424,10 +487,10 @@ impl Lattice {
     fn tents_with_growth<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Lanes<S>, Vec3<S>) {
         let (cell, [fx, fy, fz]) = self.cell(simd, place);
         let at = self.stored_at(simd, cell, 0);
-        let [a, b, ..] = self.row(simd, at, 0);
-        let [c, d, ..] = self.row(simd, at, self.row);
-        let [e, f, ..] = self.row(simd, at, self.plane);
-        let [g, h, ..] = self.row(simd, at, self.plane + self.row);
+        let [a, b] = self.two(simd, at, 0);
+        let [c, d] = self.two(simd, at, self.row);
+        let [e, f] = self.two(simd, at, self.plane);
+        let [g, h] = self.two(simd, at, self.plane + self.row);
         let [near_x, far_x] = [between(a, b, fx), between(c, d, fx)];
         let [near_z, far_z] = [between(e, f, fx), between(g, h, fx)];
         let [front, behind] = [between(near_x, far_x, fy), between(near_z, far_z, fy)];
@@ -528,10 +591,10 @@ impl Lattice {
             Method::Linear => {
                 let (cell, [fx, fy, fz]) = self.cell(simd, place);
                 let at = self.stored_at(simd, cell, 0);
-                let [a, b, ..] = self.row(simd, at, 0);
-                let [c, d, ..] = self.row(simd, at, self.row);
-                let [e, f, ..] = self.row(simd, at, self.plane);
-                let [g, h, ..] = self.row(simd, at, self.plane + self.row);
+                let [a, b] = self.two(simd, at, 0);
+                let [c, d] = self.two(simd, at, self.row);
+                let [e, f] = self.two(simd, at, self.plane);
+                let [g, h] = self.two(simd, at, self.plane + self.row);
                 let front = between(between(a, b, fx), between(c, d, fx), fy);
                 let behind = between(between(e, f, fx), between(g, h, fx), fy);
                 between(front, behind, fz)

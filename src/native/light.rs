@@ -132,31 +132,31 @@ impl Light {
         (size_of::<Self>() + size_of_val(&self.lights[..])) as u64
     }
 
-    /// The looks of slabs, or samples, whose middles are `t` pixels deep, of coordinate `u` on a scale of values. `eye` is a unit vector towards the eye, in the world. Not inlined: it would be
-    /// compiled into every loop, and takes much longer than a call.
+    /// Shades the looks of slabs, or samples, whose middles are `t` pixels deep, of coordinate `u` on a scale of values. `eye` is a
+    /// unit vector towards the eye, in the world. Not inlined: it would be compiled into every loop, and takes much longer than a
+    /// call.
     #[inline(never)]
-    pub(super) fn shaded<S: Simd>(
+    pub(super) fn shade<S: Simd>(
         &self,
         simd: S,
         eye: (Vec3<S>, ValueScale),
-        found: Halves<S>,
+        looks: &mut Halves<S>,
         place: (Lanes<S>, Option<Growth<S>>, Lanes<S>),
-    ) -> Halves<S> {
+    ) {
         simd.vectorize(
             #[inline(always)]
-            || self.shaded_here(simd, eye, found, place),
-        )
+            || self.shade_here(simd, eye, looks, place),
+        );
     }
 
     #[inline(always)]
-    fn shaded_here<S: Simd>(
+    fn shade_here<S: Simd>(
         &self,
         simd: S,
         (eye, scale): (Vec3<S>, ValueScale),
-        found: Halves<S>,
+        looks: &mut Halves<S>,
         (u, growth, t): (Lanes<S>, Option<Growth<S>>, Lanes<S>),
-    ) -> Halves<S> {
-        let mut found = found;
+    ) {
         let mut emission = None;
         if self.has_tables {
             // Tables look up one growth of a slab: the mean.
@@ -167,7 +167,7 @@ impl Light {
                 }
                 None => None,
             };
-            (found, emission) = self.by_tables(simd, scale, found, (u, facing.as_ref(), t));
+            (*looks, emission) = self.by_tables(simd, scale, *looks, (u, facing.as_ref(), t));
         }
         if self.shading.lighting.is_some() {
             let (factor, mirrored) = match growth {
@@ -178,7 +178,7 @@ impl Light {
                     Vec3::splat(simd, [0.0; 3]),
                 ),
             };
-            for half in [&mut found.near, &mut found.far] {
+            for half in [&mut looks.near, &mut looks.far] {
                 half.colour = Vec3 {
                     x: half.colour.x.mul_add(factor.x, mirrored.x),
                     y: half.colour.y.mul_add(factor.y, mirrored.y),
@@ -187,10 +187,9 @@ impl Light {
             }
         }
         if let Some(emitted) = emission {
-            found.near.colour = found.near.colour.add(emitted);
-            found.far.colour = found.far.colour.add(emitted);
+            looks.near.colour = looks.near.colour.add(emitted);
+            looks.far.colour = looks.far.colour.add(emitted);
         }
-        found
     }
 
     /// The colour of isosurfaces, of growth `g` of the stored value there.
@@ -412,14 +411,24 @@ fn faces<S: Simd>(
 ) -> Faces<S> {
     let (zero, one, tiny) = (all(simd, 0.0), all(simd, 1.0), all(simd, 1e-30));
     let (near_length, far_length) = (near.length(), far.length());
-    let share = one / (near_length + far_length).max(tiny);
-    let (before, behind) = (near_length * share, far_length * share);
-    let middle = near.scaled(behind).add(far.scaled(before));
-    let length = middle.length();
-    let near_weight = before * (near_length / (near_length + length).max(tiny));
-    let far_weight = behind * (far_length / (far_length + length).max(tiny));
+    let sum = near_length + far_length;
+    // As long as the one halfway times both lengths.
+    let middle = near.scaled(far_length).add(far.scaled(near_length));
+    let long = middle.length();
+    let share = one / sum.max(tiny);
+    let (middle, length) = (middle.scaled(share), long * share);
+    // Each quotient takes as long as a dozen products, so that one serves two, or three.
+    let (of_near, of_far) =
+        (sum.mul_add(near_length, long).max(tiny), sum.mul_add(far_length, long).max(tiny));
+    let both = one / (of_near * of_far).max(tiny);
+    let near_weight = near_length * near_length * (of_far * both);
+    let far_weight = far_length * far_length * (of_near * both);
     let lengths = [near_length, length, far_length];
     let weights = [near_weight, one - near_weight - far_weight, far_weight];
+    let least = all(simd, 1e-6);
+    let (n, m, f) = (near_length.max(least), length.max(least), far_length.max(least));
+    let each = side / (n * m * f);
+    let towards = [m * f * each, n * f * each, n * m * each];
     let mut normals = [near, middle, far];
     let mut falls = [zero; 3];
     let mut scattered = zero;
@@ -428,7 +437,7 @@ fn faces<S: Simd>(
         let weight = weights[i] * weight;
         falls[i] = weight * share;
         scattered += (weight - falls[i]) * 0.5;
-        normals[i] = normals[i].scaled(side / lengths[i].max(all(simd, 1e-6)));
+        normals[i] = normals[i].scaled(towards[i]);
     }
     Faces { normals, falls, scattered }
 }

@@ -7,7 +7,7 @@ use fearless_simd::Level;
 use super::lattice::{Method, by};
 use super::passing::Alone;
 use super::splatted::Splatted;
-use super::walk::{Pixel, Plain, PlainCut, Rich, RichCut, Scene};
+use super::walk::{Lit, LitCut, Pixel, Plain, PlainCut, Rich, RichCut, Scene};
 use crate::scene::AlongRay;
 
 /// What a tile is drawn from.
@@ -39,36 +39,56 @@ pub(super) fn has_all(level: Level) -> bool {
 /// What draws a tile of slabs with the instructions of a level.
 type DrawsSlabs = fn(Level, &Scene<'_>, usize, &mut [Pixel]) -> u64;
 
-/// The loop of slabs of a field, and its name.
+/// The loop of slabs of a field, and its name: of its method, the one that has no more in it than is asked for.
 fn of_slabs(level: Level, scene: &Scene<'_>) -> (&'static str, DrawsSlabs) {
-    let (method, is_plain) = (scene.lattice.method(), scene.is_plain() && has_all(level));
-    if scene.levels.is_some() {
-        return match (method, is_plain) {
-            (Method::BSpline, true) => ("a cut of B-splines, plain", plain_cut_bspline::draw),
-            (Method::BSpline, false) => {
-                ("a cut of B-splines, with effects", rich_cut_bspline::draw)
-            }
-            (_, true) => ("a cut of tents, plain", plain_cut_linear::draw),
-            (_, false) => ("a cut of tents, with effects", rich_cut_linear::draw),
-        };
-    }
-    match (method, is_plain) {
-        (Method::BSpline, true) => ("slabs of B-splines, plain", plain_bspline::draw),
-        (Method::BSpline, false) => ("slabs of B-splines, with effects", rich_bspline::draw),
-        (Method::Linear, true) => ("slabs of tents, plain", plain_linear::draw),
-        (Method::Linear, false) => ("slabs of tents, with effects", rich_linear::draw),
-        (Method::Functions, true) => ("slabs of functions, plain", plain_functions::draw),
-        (Method::Functions, false) => ("slabs of functions, with effects", rich_functions::draw),
-        (Method::Cells, true) => ("slabs of cells, plain", plain_cells::draw),
-        (Method::Cells, false) => ("slabs of cells, with effects", rich_cells::draw),
-        (Method::Other, true) => ("slabs of any kernel, plain", plain_other::draw),
-        (Method::Other, false) => ("slabs of any kernel, with effects", rich_other::draw),
-    }
+    let asked = match (scene.has_no_more() && has_all(level), scene.light) {
+        (true, None) => 0,
+        (true, Some(_)) => 1,
+        (false, _) => 2,
+    };
+    let loops: [(&'static str, DrawsSlabs); 3] = match (scene.levels, scene.lattice.method()) {
+        (Some(_), Method::BSpline) => [
+            ("a cut of B-splines, plain", plain_cut_bspline::draw),
+            ("a cut of B-splines, lit", lit_cut_bspline::draw),
+            ("a cut of B-splines, with effects", rich_cut_bspline::draw),
+        ],
+        (Some(_), _) => [
+            ("a cut of tents, plain", plain_cut_linear::draw),
+            ("a cut of tents, lit", lit_cut_linear::draw),
+            ("a cut of tents, with effects", rich_cut_linear::draw),
+        ],
+        (None, Method::BSpline) => [
+            ("slabs of B-splines, plain", plain_bspline::draw),
+            ("slabs of B-splines, lit", lit_bspline::draw),
+            ("slabs of B-splines, with effects", rich_bspline::draw),
+        ],
+        (None, Method::Linear) => [
+            ("slabs of tents, plain", plain_linear::draw),
+            ("slabs of tents, lit", lit_linear::draw),
+            ("slabs of tents, with effects", rich_linear::draw),
+        ],
+        (None, Method::Functions) => [
+            ("slabs of functions, plain", plain_functions::draw),
+            ("slabs of functions, with effects", rich_functions::draw),
+            ("slabs of functions, with effects", rich_functions::draw),
+        ],
+        (None, Method::Cells) => [
+            ("slabs of cells, plain", plain_cells::draw),
+            ("slabs of cells, with effects", rich_cells::draw),
+            ("slabs of cells, with effects", rich_cells::draw),
+        ],
+        (None, Method::Other) => [
+            ("slabs of any kernel, plain", plain_other::draw),
+            ("slabs of any kernel, with effects", rich_other::draw),
+            ("slabs of any kernel, with effects", rich_other::draw),
+        ],
+    };
+    loops[asked]
 }
 
 impl What<'_> {
-    /// The name of the loop that draws it, for people and statistics. A plain one has nothing of effects in it: lights,
-    /// tables, surfaces, kernels of lists, samples without data, and the rarer rules of compositing.
+    /// The name of the loop that draws it, for people and statistics. A lit one has lights and shading tables in it, and a plain
+    /// one not even these; other effects are surfaces, kernels of lists, samples without data, and the rarer rules of compositing.
     pub(super) fn loop_name(&self, level: Level) -> &'static str {
         match self {
             Self::Alone(_) => "lists alone",
@@ -160,11 +180,17 @@ macro_rules! compiled {
 compiled!(wide plain_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Plain, by::BSpline>(simd, tile, out)
 });
+compiled!(wide lit_bspline(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Lit, by::BSpline>(simd, tile, out)
+});
 compiled!(rich_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich, by::BSpline>(simd, tile, out)
 });
 compiled!(wide plain_linear(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Plain, by::Linear>(simd, tile, out)
+});
+compiled!(wide lit_linear(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, Lit, by::Linear>(simd, tile, out)
 });
 compiled!(rich_linear(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, Rich, by::Linear>(simd, tile, out)
@@ -190,11 +216,17 @@ compiled!(rich_cells(scene: &Scene<'_>) => |simd, tile, out| {
 compiled!(wide plain_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, PlainCut, by::BSpline>(simd, tile, out)
 });
+compiled!(wide lit_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, LitCut, by::BSpline>(simd, tile, out)
+});
 compiled!(wide rich_cut_bspline(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, RichCut, by::BSpline>(simd, tile, out)
 });
 compiled!(wide plain_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, PlainCut, by::Linear>(simd, tile, out)
+});
+compiled!(wide lit_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
+    scene.tile::<_, LitCut, by::Linear>(simd, tile, out)
 });
 compiled!(wide rich_cut_linear(scene: &Scene<'_>) => |simd, tile, out| {
     scene.tile::<_, RichCut, by::Linear>(simd, tile, out)

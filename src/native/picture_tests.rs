@@ -95,6 +95,7 @@ fn pictures() -> Vec<(&'static str, Scene, Source)> {
         ..exact
     };
     let linear = SplatSettings { kernel: Kernel::Linear, ..exact };
+    let tents_published = SplatSettings { kernel: Kernel::Linear, ..published };
     vec![
         ("exact", plain.clone(), Source::Scene),
         ("exact, in perspective", with(&perspective), Source::Scene),
@@ -122,8 +123,14 @@ fn pictures() -> Vec<(&'static str, Scene, Source)> {
         ("functions, lit", lit(functions), Source::Scene),
         ("cells", cells.clone(), Source::Scene),
         ("cells, lit", lit(cells), Source::Scene),
+        ("tents, lit", lit(in_mode(linear)), Source::Scene),
+        ("tents, lit and published", lit(in_mode(tents_published)), Source::Scene),
         ("a cut of splines", plain.clone(), Source::Cut),
+        ("a cut of splines, lit", lit(plain.clone()), Source::Cut),
+        ("a cut of splines, with surfaces", with(&surfaces), Source::Cut),
+        ("a cut of tents", in_mode(linear), Source::Cut),
         ("a cut of tents, lit", lit(in_mode(linear)), Source::Cut),
+        ("a cut of tents, back to front", in_mode(tents_published), Source::Cut),
     ]
 }
 
@@ -281,13 +288,20 @@ fn every_loop_draws_one_of_the_pictures_that_are_compared() {
     for one in ["lists alone", "kernels shaded first", "values along rays"] {
         assert!(names.contains(one), "{one}: {names:?}");
     }
-    // Where instructions are narrow there are no cuts, and loops with effects draw plain pictures, too.
+    // Where instructions are narrow there are no cuts, and loops with effects draw plain and lit pictures, too.
     let draws_cuts = Renderer::new().draws_cuts();
-    for one in ["slabs of B-splines", "slabs of functions", "slabs of cells"] {
-        for (what, is_there) in [("plain", draws_cuts), ("with effects", true)] {
-            let name = format!("{one}, {what}");
-            assert_eq!(names.contains(&*name), is_there, "{name}: {names:?}");
-        }
+    let plain = ["slabs of B-splines", "slabs of tents", "slabs of functions", "slabs of cells"];
+    let cuts = ["a cut of B-splines", "a cut of tents"];
+    let lit = ["slabs of B-splines", "slabs of tents"].into_iter().chain(cuts);
+    let wide = plain.into_iter().chain(cuts).map(|one| format!("{one}, plain"));
+    for name in wide.chain(lit.map(|one| format!("{one}, lit"))) {
+        assert_eq!(names.contains(&*name), draws_cuts, "{name}: {names:?}");
+    }
+    for (one, is_there) in
+        plain.map(|one| (one, true)).into_iter().chain(cuts.map(|one| (one, draws_cuts)))
+    {
+        let name = format!("{one}, with effects");
+        assert_eq!(names.contains(&*name), is_there, "{name}: {names:?}");
     }
     assert_eq!(names.iter().any(|name| name.starts_with("a cut")), draws_cuts, "{names:?}");
 }

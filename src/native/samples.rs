@@ -396,11 +396,12 @@ impl Shader {
         };
         let own = |c: usize| Lanes::from_fn(simd, |i| looks[i][c]);
         let look = Look { colour: Vec3 { x: own(0), y: own(1), z: own(2) }, weight: own(3) };
-        let halves = Halves { near: look, far: Look::splat(simd, [0.0; 4]) };
+        let mut halves = Halves { near: look, far: Look::splat(simd, [0.0; 4]) };
         let growth = self.light.uses_gradient.then(|| Growth::At(vec3(|seen| seen.growth)));
         let place = (lanes(|seen| seen.value), growth, lanes(|seen| seen.depth));
         let eye = vec3(|seen| seen.eye);
-        let found = self.light.shaded(simd, (eye, ValueScale::VALUES), halves, place).near;
+        self.light.shade(simd, (eye, ValueScale::VALUES), &mut halves, place);
+        let found = halves.near;
         for (i, (look, seen)) in looks.iter_mut().zip(seen).enumerate() {
             // What has no data has neither a value nor a gradient.
             if look[3] > 0.0 && !seen.value.is_nan() {

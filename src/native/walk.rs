@@ -47,47 +47,45 @@ pub(super) type Pixel = [f32; 4];
 
 /// What a scene asks for beside its field and table: what it does not ask for is not compiled into its loop.
 pub(super) trait Wants {
-    /// Lights, tables, surfaces, kernels of lists, samples without data, another order, published opacities, values in
-    /// the middle.
+    /// Lights and shading tables of slabs.
+    const LIT: bool;
+    /// Surfaces, kernels of lists, samples without data, another order, published opacities, values in the middle.
     const MORE: bool;
     /// Several levels of the field.
     const CUT: bool;
 }
 
-/// Nothing.
-pub(super) struct Plain;
-/// Something.
-pub(super) struct Rich;
-/// Levels of the field, and nothing else.
-pub(super) struct PlainCut;
-/// Levels, and something.
-pub(super) struct RichCut;
-
-impl Wants for Plain {
-    const MORE: bool = false;
-    const CUT: bool = false;
+macro_rules! asked {
+    ($(#[$doc:meta] $name:ident: $lit:literal, $more:literal, $cut:literal;)*) => { $(
+        #[$doc]
+        pub(super) struct $name;
+        impl Wants for $name {
+            const LIT: bool = $lit;
+            const MORE: bool = $more;
+            const CUT: bool = $cut;
+        }
+    )* };
 }
 
-impl Wants for Rich {
-    const MORE: bool = true;
-    const CUT: bool = false;
-}
-
-impl Wants for PlainCut {
-    const MORE: bool = false;
-    const CUT: bool = true;
-}
-
-impl Wants for RichCut {
-    const MORE: bool = true;
-    const CUT: bool = true;
+asked! {
+    /// Nothing.
+    Plain: false, false, false;
+    /// Lights alone, as most scans open.
+    Lit: true, false, false;
+    /// Anything.
+    Rich: true, true, false;
+    /// Levels of the field, and nothing else.
+    PlainCut: false, false, true;
+    /// Levels, and lights.
+    LitCut: true, false, true;
+    /// Levels, and anything.
+    RichCut: true, true, true;
 }
 
 impl Scene<'_> {
-    /// Whether it asks for nothing but its field and its table.
-    pub(super) fn is_plain(&self) -> bool {
-        self.light.is_none()
-            && self.surfaces.is_none()
+    /// Whether it asks for nothing but its field, its table and lights.
+    pub(super) fn has_no_more(&self) -> bool {
+        self.surfaces.is_none()
             && self.kernels.is_none()
             && self.polygons.is_none()
             && !self.lattice.has_holes()
@@ -182,7 +180,7 @@ impl Scene<'_> {
             (Some((OwnLanded::Cells(landed), asked)), Some(Own::Cells(cells)))
                 if method == Method::Cells =>
             {
-                let lit = self.light.filter(|_| W::MORE);
+                let lit = self.light.filter(|_| W::LIT);
                 let growths = match lit.filter(|light| light.is_of_slabs && light.uses_gradient) {
                     Some(light) => cells.growths(light.is_of_borders),
                     None => Growths::None,
@@ -260,7 +258,8 @@ impl Scene<'_> {
         let nothing = Face {
             t: all(simd, 0.0),
             u: all(simd, 0.0),
-            growth: None,
+            growth: Vec3::splat(simd, [0.0; 3]),
+            has_growth: false,
             level: EMPTY,
             is_there: Mask::splat(simd, false),
         };
@@ -268,9 +267,11 @@ impl Scene<'_> {
         // What belongs to the slabs behind them, of what is no lattice.
         let (mut border_near, mut border_far) = (None, None);
         let is_shaded =
-            W::MORE && self.light.is_some_and(|light| light.is_of_slabs && light.uses_gradient);
+            W::LIT && self.light.is_some_and(|light| light.is_of_slabs && light.uses_gradient);
         let of_borders = self.light.is_some_and(|light| light.is_of_borders);
         let grows_with_value = lattice.grows_with_value(method);
+        let shader = self.light.filter(|light| W::LIT && light.is_of_slabs);
+        let eye = shader.map(|shader| shader.towards_eye(simd, rays, packet));
         let depth_of = |k: i32| all(simd, k as f32 * step).max(packet.enter).min(packet.leave);
         let mut faces = Faces::new([first, last]);
         // Where a slab was lit the next faces are likely to be asked for their growth, which costs less with the value.
@@ -295,22 +296,15 @@ impl Scene<'_> {
                         k = at + 1;
                         let t = depth_of(at);
                         let place = packet.at(t);
-                        let (stored, growth) = if was_lit && (level > 0 || grows_with_value) {
-                            let (stored, growth) = match level {
-                                0 => lattice.value_with_growth(simd, method, place),
-                                _ => levels.value_with_growth(simd, level, place),
-                            };
-                            (stored, Some(growth))
-                        } else {
-                            let stored = match level {
-                                0 => lattice.value(simd, method, place),
-                                _ => levels.value(simd, level, place),
-                            };
-                            (stored, None)
+                        let has_growth = was_lit && (level > 0 || grows_with_value);
+                        let (stored, growth) = match (level, has_growth) {
+                            (0, true) => lattice.value_with_growth(simd, method, place),
+                            (_, true) => levels.value_with_growth(simd, level, place),
+                            (0, false) => (lattice.value(simd, method, place), nothing.growth),
+                            (_, false) => (levels.value(simd, level, place), nothing.growth),
                         };
                         let u = table.cell(simd, stored);
-                        let is_there = packet.is_there;
-                        Face { t, u, growth, level, is_there }
+                        Face { t, u, growth, has_growth, level, is_there: packet.is_there }
                     }
                 }
             } else {
@@ -335,24 +329,30 @@ impl Scene<'_> {
                 Face {
                     t,
                     u: table.cell(simd, found.value),
-                    growth: found.growth,
+                    growth: found.growth.unwrap_or(nothing.growth),
+                    has_growth: found.growth.is_some(),
                     level: 0,
                     is_there: !Lattice::is_nothing(simd, method, found.value),
                 }
             };
-            // What a lattice grows by at a face is asked for by both slabs that meet there.
-            let mut growths = [near.growth, far.growth];
             if W::CUT || have >= 3 {
-                let (mut near, mut far) = (near, far);
                 let are_there = near.is_there & far.is_there;
-                if method.is_own() {
+                // What a lattice grows by at a face is asked for by both slabs that meet there; of all else the faces of this slab
+                // alone are moved to its border.
+                let mut moved;
+                let [near, far] = if method.is_own() {
+                    moved = [near, far];
+                    let [near, far] = &mut moved;
                     // Nearer to the eye, whatever comes first.
                     let of = (*lattice, *table, packet, (method, is_shaded, of_borders));
                     match back {
-                        true => trim(simd, of, border_far, [&mut far, &mut near]),
-                        false => trim(simd, of, border_near, [&mut near, &mut far]),
+                        true => trim(simd, of, border_far, [far, near]),
+                        false => trim(simd, of, border_near, [near, far]),
                     }
-                }
+                    [near, far]
+                } else {
+                    [&mut near, &mut far]
+                };
                 // The parabola has the mean of the cubic through four faces.
                 let is_whole = (here.t - before.t).abs().simd_ge(all(simd, WHOLE_SLABS * step));
                 let is_whole = is_whole & before.is_there & are_there & here.is_there;
@@ -366,38 +366,42 @@ impl Scene<'_> {
                     near.is_there & far.is_there & light.is_open(simd, self.rule.stop_below);
                 let shows = table.may_show(simd, [near.u, far.u], bend) & is_slab;
                 let ts = [near.t, far.t];
-                let mut found = None;
                 was_lit = false;
-                if any(shows) {
+                // No `Option` of all this: it is copied about, and not in whole vectors.
+                let mut is_found = any(shows);
+                let mut found = Halves::none(simd);
+                if is_found {
                     let slab = if W::CUT && far.level > 0 {
                         table.whole(simd, [near.u, far.u])
                     } else {
                         table.between(simd, [near.u, far.u], bend)
                     };
-                    found = Some(slab.without(simd, !shows));
+                    found = slab.without(simd, !shows);
+                }
+                if let (true, Some(shader), Some(eye)) = (is_found, shader, eye)
+                    && light::shows(simd, &found)
+                {
+                    let half = all(simd, 0.5);
+                    was_lit = is_shaded;
+                    // No closure: those that are not inlined know no wide instructions.
+                    let growth = if is_shaded {
+                        let of = (*lattice, method, &self.levels, of_borders);
+                        let a = near.growth(simd, of, packet);
+                        let b = far.growth(simd, of, packet);
+                        Some(Growth::Between([a, b]))
+                    } else {
+                        None
+                    };
+                    let middle = ((near.u + far.u) * half, growth, (near.t + far.t) * half);
+                    shader.shade(simd, (eye, table.values), &mut found, middle);
                 }
                 if W::MORE {
-                    if let (Some(slab), Some(shader)) = (found, self.light)
-                        && shader.is_of_slabs
-                        && light::shows(simd, &slab)
-                    {
-                        let half = all(simd, 0.5);
-                        was_lit = is_shaded;
-                        // No closure: those that are not inlined know no wide instructions.
-                        let growth = if is_shaded {
-                            let of = (*lattice, method, &self.levels, of_borders);
-                            let a = near.growth(simd, of, packet);
-                            let b = far.growth(simd, of, packet);
-                            growths = [near.growth, far.growth];
-                            Some(Growth::Between([a, b]))
-                        } else {
-                            None
-                        };
-                        let middle = ((near.u + far.u) * half, growth, (near.t + far.t) * half);
-                        let eye = shader.towards_eye(simd, rays, packet);
-                        found = Some(shader.shaded(simd, (eye, table.values), slab, middle));
+                    if self.lattice.has_holes() {
+                        let known = is_found.then_some(found);
+                        if let Some(known) = self.without_holes(simd, packet, ts, known, false) {
+                            (is_found, found) = (true, known);
+                        }
                     }
-                    found = self.with_holes(simd, packet, ts, found, false);
                     if let (Some(surfaces), Some(shader), Some(ahead)) =
                         (self.surfaces, self.light, ahead.as_mut())
                         && surfaces.has_levels()
@@ -407,12 +411,11 @@ impl Scene<'_> {
                         let cells = [near.u, far.u];
                         let seen = (*rays, packet);
                         let slabs = (is_slab, W::CUT && near.level > 0);
-                        if surfaces.meet_levels(simd, field, seen, (cells, ts), slabs, ahead) {
-                            found = Some(found.unwrap_or_else(|| Halves::none(simd)));
-                        }
+                        is_found |=
+                            surfaces.meet_levels(simd, field, seen, (cells, ts), slabs, ahead);
                     }
                 }
-                if let Some(mut found) = found {
+                if is_found {
                     let (mut ts, mut beside) = (ts, None);
                     if let Some(passing) = passing.as_mut().filter(|_| W::MORE) {
                         // The face behind is two further on.
@@ -427,9 +430,6 @@ impl Scene<'_> {
                         return;
                     }
                 }
-            }
-            if W::MORE && !method.is_own() {
-                [near.growth, far.growth] = growths;
             }
             (before, near, far) = (near, far, here);
             if method.is_own() {
@@ -501,11 +501,13 @@ impl Scene<'_> {
                         _ => None,
                     };
                     let eye = shader.towards_eye(simd, rays, packet);
-                    slab = shader.shaded(simd, (eye, table.values), slab, (cell, growth, t));
+                    shader.shade(simd, (eye, table.values), &mut slab, (cell, growth, t));
                 }
                 found = Some(slab);
             }
-            found = self.with_holes(simd, packet, ts, found, true);
+            if self.lattice.has_holes() {
+                found = self.without_holes(simd, packet, ts, found, true);
+            }
             if let Some(mut found) = found {
                 let (mut ts, mut beside) = (ts, None);
                 if let Some(passing) = passing.as_mut() {
@@ -522,23 +524,7 @@ impl Scene<'_> {
         }
     }
 
-    /// Samples without data are boxes: nothing is interpolated there, nor lit.
-    #[inline(always)]
-    fn with_holes<S: Simd>(
-        &self,
-        simd: S,
-        packet: &Packet<S>,
-        ts: [Lanes<S>; 2],
-        found: Option<Halves<S>>,
-        middle: bool,
-    ) -> Option<Halves<S>> {
-        match self.lattice.has_holes() {
-            true => self.without_holes(simd, packet, ts, found, middle),
-            false => found,
-        }
-    }
-
-    /// The same of a lattice that has some. Not inlined: it would be compiled into every loop.
+    /// Samples without data are boxes: nothing is interpolated there, nor lit. Not inlined: it would be compiled into every loop.
     #[inline(never)]
     fn without_holes<S: Simd>(
         &self,
@@ -659,7 +645,8 @@ struct Face<S: Simd> {
     /// Cell of the value.
     u: Lanes<S>,
     /// Growth of the stored value per index, once someone has asked.
-    growth: Option<Vec3<S>>,
+    growth: Vec3<S>,
+    has_growth: bool,
     /// Of the field that it was found in.
     level: u8,
     is_there: Mask<S>,
@@ -717,7 +704,8 @@ fn trim<S: Simd>(
         };
         let of_near = Vec3::choose(begins, first, at_near);
         let of_far = Vec3::choose(ends, last, at_far);
-        (near.growth, far.growth) = (Some(of_near), Some(of_far));
+        (near.growth, far.growth) = (of_near, of_far);
+        (near.has_growth, far.has_growth) = (true, true);
     }
     for (face, is_moved, t, value) in
         [(near, begins, nearest, near_value), (far, ends, farthest, far_value)]
@@ -736,17 +724,14 @@ impl<S: Simd> Face<S> {
         (lattice, method, levels, of_borders): (&Lattice, Method, &Option<Levels<'_>>, bool),
         packet: &Packet<S>,
     ) -> Vec3<S> {
-        match self.growth {
-            Some(growth) => growth,
-            None => {
-                let place = packet.at(self.t);
-                let growth = match levels {
-                    Some(levels) if self.level > 0 => levels.gradient(simd, self.level, place),
-                    _ => lattice.lit_growth(simd, method, place, of_borders),
-                };
-                self.growth = Some(growth);
-                growth
-            }
+        if !self.has_growth {
+            let place = packet.at(self.t);
+            self.growth = match levels {
+                Some(levels) if self.level > 0 => levels.gradient(simd, self.level, place),
+                _ => lattice.lit_growth(simd, method, place, of_borders),
+            };
+            self.has_growth = true;
         }
+        self.growth
     }
 }

@@ -7,7 +7,7 @@ use eframe::egui::{
 use super::splat::{choice_ui, slider_row};
 use super::{facts_ui, number_ui, row_ui};
 use crate::app::document::Document;
-use crate::app::encoding::{EncodeChoice, EncodeGoal, Encoding, EncodingRequest};
+use crate::app::encoding::{EncodeChoice, EncodeGoal, Encoding, EncodingRequest, LEAST_FUNCTIONS};
 use crate::app::{theme, words};
 use crate::rbf::Basis;
 
@@ -179,8 +179,15 @@ fn start_ui(
     has_clip_box: bool,
 ) -> Option<EncodingRequest> {
     goal_ui(ui, choice);
-    let slider = Slider::new(&mut choice.functions, 4..=MOST_FUNCTIONS).logarithmic(true);
-    slider_row(ui, "At most", "Most functions", slider, "Functions, however far they are then");
+    let mut functions = choice.most_functions(document);
+    let before = functions;
+    let slider = Slider::new(&mut functions, LEAST_FUNCTIONS..=MOST_FUNCTIONS).logarithmic(true);
+    let help =
+        "Functions, however far they are then. At first one for every 20 samples, 2000 at most";
+    slider_row(ui, "At most", "Most functions", slider, help);
+    if functions != before {
+        choice.functions = Some(functions);
+    }
     if let Some(chosen) = choice_ui(ui, "Shape", &Basis::ALL, choice.basis, basis) {
         choice.basis = chosen;
     }
@@ -198,7 +205,7 @@ fn start_ui(
         let is_continued = document.encoded_here().is_some_and(|encoded| {
             let earlier = &encoded.encoding;
             let is_of_shape = earlier.basis() == choice.basis;
-            let may_go_on = is_of_shape && earlier.functions().len() <= choice.functions as usize;
+            let may_go_on = is_of_shape && earlier.functions().len() <= functions as usize;
             let help =
                 "Keeps the functions that there are, with what they favoured, refines them and adds others. The greatest error \
                  never grows";
