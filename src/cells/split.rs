@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use super::solid::{Kind, Solid};
 use super::{Blend, CellsError};
+use crate::core::triangles_of;
 
 /// VTK's number.
 pub(super) const HEXAHEDRON: u8 = 12;
@@ -154,12 +155,11 @@ impl<'a> Split<'a> {
         false
     }
 
-    /// A polygon's triangles: all from its first corner, of strips one after another, of quadratic ones at the middles of their
-    /// edges, too.
+    /// A polygon's triangles: of strips one after another, of quadratic ones at the middles of their edges, too.
     fn polygon(&mut self, kind: u8, c: &[u32], cell: usize) {
-        let fan = |ring: &[u32]| -> Vec<[u32; 3]> {
-            let [first, rest @ ..] = ring else { return Vec::new() };
-            rest.windows(2).map(|pair| [*first, pair[0], pair[1]]).collect()
+        let within = |ring: &[u32]| -> Vec<[u32; 3]> {
+            let places: Vec<DVec3> = ring.iter().map(|corner| self.place(*corner)).collect();
+            triangles_of(&places).into_iter().map(|t| t.map(|i| ring[i])).collect()
         };
         let found = match (kind, c) {
             // A strip turns about from one to the next.
@@ -171,18 +171,24 @@ impl<'a> Split<'a> {
                     _ => [t[1], t[0], t[2]],
                 })
                 .collect(),
-            (8, [a, b, c, d, ..]) => fan(&[*a, *b, *d, *c]),
+            (8, [a, b, c, d, ..]) => within(&[*a, *b, *d, *c]),
             (22 | 34, [a, b, c, ab, bc, ca, ..]) => {
                 vec![[*a, *ab, *ca], [*ab, *b, *bc], [*ca, *bc, *c], [*ab, *bc, *ca]]
             }
             (23 | 28, [a, b, c, d, ab, bc, cd, da, ..]) => {
-                fan(&[*a, *ab, *b, *bc, *c, *cd, *d, *da])
+                within(&[*a, *ab, *b, *bc, *c, *cd, *d, *da])
             }
-            _ => fan(c),
+            _ => within(c),
         };
         self.triangles.extend(found);
         #[expect(clippy::cast_possible_truncation, reason = "files have fewer cells than 2^32")]
         self.triangle_sources.resize(self.triangles.len(), cell as u32);
+    }
+
+    /// Where a point is, of the file's or of those that were added.
+    fn place(&self, point: u32) -> DVec3 {
+        let point = point as usize;
+        self.points.get(point).copied().unwrap_or_else(|| self.added[point - self.points.len()])
     }
 
     /// The mean of points, with weights that belong to them.
@@ -193,11 +199,7 @@ impl<'a> Split<'a> {
         if let Some(known) = self.known.get(&key) {
             return *known;
         }
-        let place = |point: u32| {
-            let point = point as usize;
-            self.points.get(point).copied().unwrap_or_else(|| self.added[point - self.points.len()])
-        };
-        let at = of.iter().map(|(point, weight)| place(*point) * *weight).sum();
+        let at = of.iter().map(|(point, weight)| self.place(*point) * *weight).sum();
         #[expect(clippy::cast_possible_truncation, reason = "points of files have 32 bits")]
         let number = (self.points.len() + self.added.len()) as u32;
         self.added.push(at);

@@ -337,7 +337,7 @@ fn no_data(
     no_data.colour = flags.nan_color.unwrap_or(no_data.colour);
     if statistics.nan_count == 0 {
         if flags.nan_opacity.is_some() || flags.nan_color.is_some() {
-            note("no value of the field is NaN, so --nan-opacity and --nan-color change nothing");
+            note("nothing that is drawn is NaN, so --nan-opacity and --nan-color change nothing");
         }
         return Ok(());
     }

@@ -12,6 +12,7 @@ mod pages;
 pub mod panics;
 pub mod parallel;
 mod pieces;
+mod polygon;
 pub mod progress;
 
 pub use camera::{Camera, Projection};
@@ -23,4 +24,5 @@ pub use pages::LargePages;
 #[cfg(test)]
 pub(crate) use pieces::assert_stops;
 pub use pieces::{Looks, mapped};
+pub use polygon::triangles_of;
 pub use progress::{Cancelled, Ticket};

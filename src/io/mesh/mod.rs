@@ -21,6 +21,7 @@ use super::error::{Problem, ReadError, corrupt, quoted_bytes, truncated, unrecog
 use super::files;
 use crate::core::memory::{self, require};
 use crate::core::progress::Ticket;
+use crate::core::triangles_of;
 use crate::polygons::{Mesh, MeshArray, MeshError, MeshValues};
 
 pub use alone::{array_name, drawn_name, surface_of};
@@ -168,10 +169,12 @@ struct Parts {
 }
 
 impl Parts {
-    /// A polygon's triangles, all from its first corner.
+    /// A polygon's triangles. Corners that are not there are told later.
     fn push_polygon(&mut self, corners: &[u32]) {
-        let [first, rest @ ..] = corners else { return };
-        self.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        let place = |corner: &u32| self.positions.get(*corner as usize).copied();
+        let places: Vec<_> =
+            corners.iter().map(|corner| place(corner).unwrap_or(glam::DVec3::NAN)).collect();
+        self.triangles.extend(triangles_of(&places).into_iter().map(|t| t.map(|i| corners[i])));
     }
 }
 
