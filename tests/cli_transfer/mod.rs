@@ -139,9 +139,9 @@ fn nan_has_an_opacity_and_a_colour_of_its_own() {
     let refused = drawn(&["--nan-color", "00ff00"]);
     assert_eq!(fault(&refused, 1, &["opacity of NaN", "--nan-opacity 1"], None), None);
     let beside = render("demo:shells:16", &["--nan-opacity", "0.5"]);
-    assert!(beside.status.success() && errors(&beside).contains("no value of the field is NaN"));
+    assert!(beside.status.success() && errors(&beside).contains("nothing that is drawn is NaN"));
     let beside = render("demo:shells:16", &["--nan-color", "00ff00"]);
-    assert!(beside.status.success() && errors(&beside).contains("no value of the field is NaN"));
+    assert!(beside.status.success() && errors(&beside).contains("nothing that is drawn is NaN"));
 }
 
 #[test]
