@@ -26,7 +26,7 @@ use crate::volume::{Component, Field, Grid, ScalarVolume};
 /// The fewest functions that may be asked for.
 pub(super) const LEAST_FUNCTIONS: u32 = 4;
 /// Functions at most where nobody has said how many.
-const MOST_AT_FIRST: usize = 2000;
+const MOST_AT_FIRST: u32 = 2000;
 
 /// What ends an encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -82,12 +82,12 @@ impl Default for EncodeChoice {
 }
 
 impl EncodeChoice {
-    /// Functions at most: as many as were chosen, or as the field has room for, and no more than take a minute.
+    /// Functions at most: as many as were chosen, or as the field is usually encoded by, within bounds.
     pub(super) fn most_functions(&self, document: &Document) -> u32 {
         let field = &document.grid.fields[document.field];
         let usual = usual_functions(field.samples.len() / field.components);
-        let usual = usual.clamp(LEAST_FUNCTIONS as usize, MOST_AT_FIRST);
-        self.functions.unwrap_or(u32::try_from(usual).unwrap_or(LEAST_FUNCTIONS))
+        let usual = u32::try_from(usual).unwrap_or(MOST_AT_FIRST);
+        self.functions.unwrap_or(usual.clamp(LEAST_FUNCTIONS, MOST_AT_FIRST))
     }
 
     /// What is asked for by so many functions, with the samples in a region where that is to be favoured.

@@ -17,9 +17,10 @@ impl LargePages {
     /// So many zeros. Where there is no memory the program ends, as it does with a `Vec`: whoever asks has looked before
     /// ([`super::memory::require`]).
     pub fn zeros(count: usize) -> Self {
-        let layout = Layout::array::<f32>(count.max(1)).unwrap_or(Layout::new::<f32>());
-        let pages = MmapMut::map_anon(layout.size());
-        let pages = pages.unwrap_or_else(|_| handle_alloc_error(layout));
+        let bytes = count.max(1).saturating_mul(size_of::<f32>());
+        let pages = MmapMut::map_anon(bytes).unwrap_or_else(|_| {
+            handle_alloc_error(Layout::array::<f32>(count).unwrap_or(Layout::new::<f32>()))
+        });
         #[cfg(target_os = "linux")]
         if let Err(error) = pages.advise(memmap2::Advice::HugePage) {
             log::debug!("memory has small pages alone: {error}");

@@ -385,6 +385,17 @@ impl Lattice {
         dot(planes, spread::<S, J>(simd, z))
     }
 
+    /// The four rows of a plane about either of two rays.
+    #[inline(always)]
+    fn rows_of_two<S: Simd>(&self, simd: S, at: [i32; 2], offset: i32) -> [Lanes<S>; 4] {
+        [
+            self.fours(simd, at, offset),
+            self.fours(simd, at, offset + self.row),
+            self.fours(simd, at, offset + 2 * self.row),
+            self.fours(simd, at, offset + 3 * self.row),
+        ]
+    }
+
     #[inline(always)]
     fn plane_of_two<S: Simd>(
         &self,
@@ -393,13 +404,7 @@ impl Lattice {
         offset: i32,
         y: [Lanes<S>; 4],
     ) -> Lanes<S> {
-        let rows = [
-            self.fours(simd, at, offset),
-            self.fours(simd, at, offset + self.row),
-            self.fours(simd, at, offset + 2 * self.row),
-            self.fours(simd, at, offset + 3 * self.row),
-        ];
-        dot(rows, y)
+        dot(self.rows_of_two(simd, at, offset), y)
     }
 
     /// Not inlined: its loops are written out, and would take the compiler long in every loop that calls it.
@@ -468,12 +473,7 @@ impl Lattice {
         [z, along_z]: [Lanes<S>; 2],
         [value, of_y, of_z]: [Lanes<S>; 3],
     ) -> [Lanes<S>; 3] {
-        let rows = [
-            self.fours(simd, at, offset),
-            self.fours(simd, at, offset + self.row),
-            self.fours(simd, at, offset + 2 * self.row),
-            self.fours(simd, at, offset + 3 * self.row),
-        ];
+        let rows = self.rows_of_two(simd, at, offset);
         let of_plane = dot(rows, *y);
         [
             of_plane.mul_add(z, value),

@@ -39,14 +39,19 @@ pub(super) fn has_all(level: Level) -> bool {
 /// What draws a tile of slabs with the instructions of a level.
 type DrawsSlabs = fn(Level, &Scene<'_>, usize, &mut [Pixel]) -> u64;
 
-/// The loop of slabs of a field, and its name: of its method, the one that has no more in it than is asked for.
-fn of_slabs(level: Level, scene: &Scene<'_>) -> (&'static str, DrawsSlabs) {
+/// A loop and its name.
+type Loop = (&'static str, DrawsSlabs);
+
+/// The loop of slabs of a field: of its method, the one that has no more in it than is asked for.
+fn of_slabs(level: Level, scene: &Scene<'_>) -> Loop {
     let asked = match (scene.has_no_more() && has_all(level), scene.light) {
         (true, None) => 0,
         (true, Some(_)) => 1,
         (false, _) => 2,
     };
-    let loops: [(&'static str, DrawsSlabs); 3] = match (scene.levels, scene.lattice.method()) {
+    // Those of effects draw what is lit alone, too.
+    let without_lit = |[plain, rich]: [Loop; 2]| [plain, rich, rich];
+    let loops: [Loop; 3] = match (scene.levels, scene.lattice.method()) {
         (Some(_), Method::BSpline) => [
             ("a cut of B-splines, plain", plain_cut_bspline::draw),
             ("a cut of B-splines, lit", lit_cut_bspline::draw),
@@ -67,21 +72,18 @@ fn of_slabs(level: Level, scene: &Scene<'_>) -> (&'static str, DrawsSlabs) {
             ("slabs of tents, lit", lit_linear::draw),
             ("slabs of tents, with effects", rich_linear::draw),
         ],
-        (None, Method::Functions) => [
+        (None, Method::Functions) => without_lit([
             ("slabs of functions, plain", plain_functions::draw),
             ("slabs of functions, with effects", rich_functions::draw),
-            ("slabs of functions, with effects", rich_functions::draw),
-        ],
-        (None, Method::Cells) => [
+        ]),
+        (None, Method::Cells) => without_lit([
             ("slabs of cells, plain", plain_cells::draw),
             ("slabs of cells, with effects", rich_cells::draw),
-            ("slabs of cells, with effects", rich_cells::draw),
-        ],
-        (None, Method::Other) => [
+        ]),
+        (None, Method::Other) => without_lit([
             ("slabs of any kernel, plain", plain_other::draw),
             ("slabs of any kernel, with effects", rich_other::draw),
-            ("slabs of any kernel, with effects", rich_other::draw),
-        ],
+        ]),
     };
     loops[asked]
 }

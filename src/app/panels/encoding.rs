@@ -182,8 +182,7 @@ fn start_ui(
     let mut functions = choice.most_functions(document);
     let before = functions;
     let slider = Slider::new(&mut functions, LEAST_FUNCTIONS..=MOST_FUNCTIONS).logarithmic(true);
-    let help =
-        "Functions, however far they are then. At first one for every 20 samples, 2000 at most";
+    let help = "Functions, however far they are then. At first as many as suit the number of samples, 2000 at most";
     slider_row(ui, "At most", "Most functions", slider, help);
     if functions != before {
         choice.functions = Some(functions);
