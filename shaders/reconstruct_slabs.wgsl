@@ -128,7 +128,7 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                 let here_t = select(t, 0.5 * (from_t + to_t), classify_middle);
                 var here = Face(vec2<f32>(0.0), vec3<f32>(0.0));
                 if SHADED || !classify_mean {
-                    here = face(origin + direction * here_t);
+                    here = face(origin + direction * here_t, direction);
                 }
                 if classify_mean {
                     let mean = mean_of_functions(origin, direction, vec2<f32>(from_t, to_t));
@@ -153,10 +153,12 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                         to_t = slab.ts.y;
                         if SHADED && slab.us.x != NOTHING {
                             if u_near == NOTHING {
-                                growths.near = slabs.table.y * growth_of_light(origin + direction * from_t);
+                                let place = origin + direction * from_t;
+                                growths.near = slabs.table.y * growth_of_light(place, direction);
                             }
                             if u_far == NOTHING {
-                                growths.far = slabs.table.y * growth_of_light(origin + direction * to_t);
+                                let place = origin + direction * to_t;
+                                growths.far = slabs.table.y * growth_of_light(place, direction);
                             }
                         }
                         u_ends = slab.us;

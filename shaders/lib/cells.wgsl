@@ -207,23 +207,32 @@ fn growth_in(found: InCell) -> vec3<f32> {
     return sum;
 }
 
-// What light that falls on borders takes for that (`cells::ShadingNormals`).
-fn growth_for_light(found: InCell) -> vec3<f32> {
+// Less of a ray than this crosses a face that it goes along (`cells::LitFace`).
+const ALONG: f32 = 1e-3;
+
+// What light that falls on borders takes for that, for a ray through a position in a direction
+// (`cells::ShadingNormals`).
+fn growth_for_light(found: InCell, position: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     if found.record == 0u {
         return vec3<f32>(0.0);
     }
     let kind = kind_of(found.record);
     let unit = clamp(found.unit, vec3<f32>(0.0), vec3<f32>(1.0));
     let corners = corners_of(found.record);
-    // Of the nearest outer face, where there is one.
+    // Of the outer face that the ray came in through, where there is one.
     var own = corners.x;
     let faces = own + corners.y;
-    var least = 2.0;
+    let forward = normalize(direction);
+    var nearest = -3e38;
     for (var i = 0u; i < word(faces); i++) {
         let face = faces + 1u + i * (4u + corners.y);
-        let height = number(face) + dot(triple(face + 1u), unit);
-        if height < least {
-            least = height;
+        let inwards = triple(face);
+        let height = abs(dot(inwards, position) - number(face + 3u));
+        let slope = dot(inwards, forward);
+        let entered = slope / max(height, 1e-20);
+        let nearness = select(-height / max(-slope, ALONG), entered, slope > ALONG);
+        if nearness > nearest {
+            nearest = nearness;
             own = face + 4u;
         }
     }

@@ -150,7 +150,7 @@ fn ray_of_cut(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
             level_here = level;
             let place = origin + direction * t;
             if level == 0u {
-                here = face(place);
+                here = face(place, direction);
             } else {
                 here = face_of_means(place, level);
             }
@@ -164,7 +164,7 @@ fn ray_of_cut(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
             if u_near != NOTHING && level_far == 0u {
                 var u_ends = vec2<f32>(u_near, u_far);
                 if level_near != 0u && level_count() > 0u {
-                    u_ends.x = face(origin + direction * from_t).value.x;
+                    u_ends.x = face(origin + direction * from_t, direction).value.x;
                 }
                 is_met = meet_levels(&met, through, u_ends, vec2<f32>(from_t, to_t), screen);
             }

@@ -13,7 +13,8 @@ const OF_LIT_ELLIPSOIDS: u32 = 6u;
 
 override growth: u32 = 2u;
 
-fn face(position: vec3<f32>) -> Face {
+// At a position of a ray that goes in a direction.
+fn face(position: vec3<f32>, direction: vec3<f32>) -> Face {
     if growth == OF_BSPLINES {
         return face_of_bsplines(position);
     }
@@ -24,15 +25,15 @@ fn face(position: vec3<f32>) -> Face {
         return face_of_functions(position);
     }
     if growth >= OF_CELLS {
-        return face_of_cells(position);
+        return face_in(cell_at(position), position, direction);
     }
     return face_by_differences(position);
 }
 
 // What light takes for the growth at a position of cells or ellipsoids, as stored.
-fn growth_of_light(position: vec3<f32>) -> vec3<f32> {
+fn growth_of_light(position: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     if growth == OF_LIT_CELLS {
-        return growth_for_light(cell_at(position));
+        return growth_for_light(cell_at(position), position, direction);
     }
     if growth == OF_LIT_ELLIPSOIDS {
         return lit_sum_of_functions(position).xyz;
@@ -40,15 +41,11 @@ fn growth_of_light(position: vec3<f32>) -> vec3<f32> {
     return stored_growth(position);
 }
 
-fn face_of_cells(position: vec3<f32>) -> Face {
-    return face_in(cell_at(position));
-}
-
-fn face_in(found: InCell) -> Face {
+fn face_in(found: InCell, position: vec3<f32>, direction: vec3<f32>) -> Face {
     let stored = value_in(found);
     let u = select(slabs.table.x + slabs.table.y * stored, NOTHING, stored == NOTHING);
     if growth == OF_LIT_CELLS {
-        return Face(vec2<f32>(u, 0.0), slabs.table.y * growth_for_light(found));
+        return Face(vec2<f32>(u, 0.0), slabs.table.y * growth_for_light(found, position, direction));
     }
     return Face(vec2<f32>(u, 0.0), slabs.table.y * growth_in(found));
 }

@@ -53,10 +53,10 @@ fn meet_levels(
                 let place = ray.origin + ray.direction * t;
                 if may_jump {
                     in_cell = cell_at(place);
-                    here = face_in(in_cell);
+                    here = face_in(in_cell, place, ray.direction);
                     here.value.x = max(here.value.x, FAR_BELOW);
                 } else {
-                    here = face(place);
+                    here = face(place, ray.direction);
                 }
                 let off = here.value.x - level.w;
                 // Nested, so that it is left out of what never jumps.

@@ -2,11 +2,11 @@
 
 const SHADED: bool = false;
 
-fn face(position: vec3<f32>) -> Face {
+fn face(position: vec3<f32>, direction: vec3<f32>) -> Face {
     return Face(value(position), vec3<f32>(0.0));
 }
 
-fn growth_of_light(position: vec3<f32>) -> vec3<f32> {
+fn growth_of_light(position: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(0.0);
 }
 

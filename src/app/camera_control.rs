@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Projection};
-use crate::scene::{NamedView, Orientation, Scene, framing_all};
+use crate::scene::{NamedView, Orientation, Scene, framing_all, in_perspective};
 use crate::volume::Lattice;
 
 /// How a drag turns the view.
@@ -30,7 +30,9 @@ const ZOOM_PER_HEIGHT: f64 = 16.0;
 /// A camera along a named view that shows in a picture of any shape what can be seen of a scene; see [`framing_all`].
 pub fn framed(scene: &Scene, view: NamedView, orientation: Orientation, size: [f64; 2]) -> Camera {
     let (direction, up) = view.direction_and_up(orientation);
-    let mut camera = framing_all(scene, direction, up);
+    let projection = scene.camera.projection;
+    let framed = framing_all(scene, direction, up);
+    let mut camera = in_perspective(scene, Camera { projection, ..framed });
     // The scale is that of the height; a narrow picture needs more.
     camera.parallel_scale *= (size[1] / size[0]).max(1.0);
     camera

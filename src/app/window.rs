@@ -421,7 +421,7 @@ impl Window {
         let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
         if let Some(scene) = &mut self.scene {
             let framed = camera_control::framed(scene, view, orientation, size);
-            scene.camera = Camera { projection: scene.camera.projection, ..framed };
+            scene.camera = framed;
             self.fitted = Some((view, scene.camera));
         }
     }

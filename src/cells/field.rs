@@ -4,7 +4,6 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DMat3, DVec3};
 
-use super::normals::area_of;
 use super::{Cells, Face, Finder, ShadingNormals, Surface};
 use crate::core::parallel;
 use crate::core::{Cancelled, Looks, Ticket, mapped};
@@ -183,7 +182,7 @@ impl CellField {
             let face = &faces[i];
             let number = face.solid as usize;
             let solid = &self.cells.solids()[number];
-            let outwards = area_of(&self.cells, face).normalize_or_zero();
+            let outwards = self.cells.area(face).normalize_or_zero();
             let count = if face.corners[2] == face.corners[3] { 3 } else { 4 };
             let on_face = face.corners[..count].iter().map(|corner| points[*corner as usize]);
             let centre = on_face.clone().sum::<DVec3>() / on_face.len() as f64;

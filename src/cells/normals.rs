@@ -24,21 +24,40 @@ pub struct ShadingNormal {
     pub is_on_border: bool,
 }
 
-/// The corners of a solid as light has them beside one of its outer faces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The corners of a solid as light has them where a ray has come into its cell through one of the outer faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LitFace {
-    /// Its number in [`Kind::faces`](super::Kind::faces).
-    pub number: u8,
+    /// A world position on the face: the mean of its points.
+    pub on: DVec3,
+    /// Unit vector into the cell, across the face.
+    pub inwards: DVec3,
     /// Numbers of normals, one for each corner of the solid.
     pub corners: [u32; 8],
 }
 
+impl LitFace {
+    /// Less of a ray than this crosses a face that it goes along.
+    pub const ALONG: f64 = 1e-3;
+
+    /// How near a place is to where a ray through it has passed the face's plane on its way in, or, where it only leaves by
+    /// it, less than nothing and the more the nearer. `direction` is of length 1, away from the eye.
+    pub fn nearness(&self, place: DVec3, direction: DVec3) -> f64 {
+        let height = (place - self.on).dot(self.inwards).abs();
+        let slope = self.inwards.dot(direction);
+        if slope > Self::ALONG { slope / height } else { -height / (-slope).max(Self::ALONG) }
+    }
+}
+
 /// Light's growth at a place (r, s, t) of a solid, with the shape functions φᵢ of its corners: N = Σ φᵢ nᵢ of those on the
 /// border and G = Σ φᵢ gᵢ of the others make N + G or N − G, whichever is longer, as a surface and its back are lit alike. So
-/// the outermost layer of cells is lit as the border before it, and what lies deeper as the field grows. A solid with outer
-/// faces has the corners of the one that is nearest to the place ([`Kind::heights`](super::Kind::heights)): edges between
-/// two are sharp. Others have those of the points. Engines do the same per index: lattices over cells are of cubes, so that angles
-/// are the world's.
+/// the outermost layer of cells is lit as the border before it, and what lies deeper as the field grows.
+///
+/// Where a cell has several outer faces, the border is the one that the ray came in through: of a convex cell the one whose plane it
+/// passed last ([`LitFace::nearness`]), so that a face is lit alike however deep one sees through it. Where it
+/// came in through another cell, it is the one that it leaves by. Faces that a solid touches with an edge or a point, and those
+/// of others that its cell was split into, count where they are turned another way than its own. A solid that touches one smooth
+/// surface alone has the normals of the points. Engines do the same per index: lattices over cells are of cubes, so that angles are the
+/// world's.
 #[derive(Debug, Clone)]
 pub struct ShadingNormals {
     /// Of each point, then those that points have beside one face alone.
@@ -64,20 +83,31 @@ impl ShadingNormals {
         &self.starts
     }
 
-    /// The outer faces of a solid.
+    /// The outer faces that a solid is lit by: its own, then those of others.
     pub fn faces_of(&self, solid: usize) -> &[LitFace] {
         &self.faces[self.starts[solid] as usize..self.starts[solid + 1] as usize]
     }
 
-    /// What light takes for the growth per unit of the world, at (r, s, t) of a solid and its number.
-    pub fn growth(&self, (number, solid): (usize, &Solid), unit: DVec3) -> DVec3 {
-        let height = |face: &LitFace| {
-            let [one, r, s, t] = solid.kind().heights()[usize::from(face.number)].map(f64::from);
-            one + DVec3::new(r, s, t).dot(unit)
-        };
-        let faces = self.faces_of(number).iter();
-        let nearest = faces.min_by(|a, b| height(a).total_cmp(&height(b)));
-        let corners = nearest.map_or(solid.corners(), |face| &face.corners);
+    /// What light takes for the growth per unit of the world, at (r, s, t) of a solid and its number, for a ray through this place of
+    /// the world in a direction.
+    pub fn growth(
+        &self,
+        (number, solid): (usize, &Solid),
+        unit: DVec3,
+        (place, direction): (DVec3, DVec3),
+    ) -> DVec3 {
+        let direction = direction.normalize_or_zero();
+        let nearness = |face: &LitFace| face.nearness(place, direction);
+        let mut faces = self.faces_of(number).iter();
+        let first = faces.next();
+        let entered = first.map(|first| {
+            let nearer = |(at, best): (_, f64), face| {
+                let own = nearness(face);
+                if own > best { (face, own) } else { (at, best) }
+            };
+            faces.fold((first, nearness(first)), nearer).0
+        });
+        let corners = entered.map_or(solid.corners(), |face| &face.corners);
         let [mut inside, mut border] = [DVec3::ZERO; 2];
         for (corner, weight) in corners.iter().zip(solid.kind().weights(unit)) {
             let normal = self.normals[*corner as usize];
@@ -106,7 +136,7 @@ impl ShadingNormals {
         let strength = growths.iter().map(|growth| growth.length()).filter(|l| l.is_finite());
         let strength = strength.fold(0.0, f64::max);
         let strength = if strength > 0.0 { strength } else { 1.0 };
-        let areas = mapped(outer.len(), A_PART, |i| area_of(cells, &outer[i]), ticket)?;
+        let areas = mapped(outer.len(), A_PART, |i| cells.area(&outer[i]), ticket)?;
         let about = faces_about(outer, growths.len(), ticket)?;
         let on_border = |outwards: DVec3| ShadingNormal {
             growth: -outwards.normalize_or_zero() * strength,
@@ -118,17 +148,17 @@ impl ShadingNormals {
             made.normals[own[0].0 as usize] = on_border(sum);
         }
         // Flat, until softened.
+        let flat = made.normals.len() as u32;
         for (face, area) in outer.iter().zip(&areas) {
             looks.after(1)?;
             let solid = &cells.solids()[face.solid as usize];
-            let flat = made.normals.len() as u32;
             made.normals.push(on_border(*area));
-            let mut corners = [0; 8];
-            for (to, corner) in corners.iter_mut().zip(solid.corners()) {
-                let is_on_border = made.normals[*corner as usize].is_on_border;
-                *to = if is_on_border { flat } else { *corner };
-            }
-            made.faces.push(LitFace { number: face.number, corners });
+            let corners = made.corners_beside(made.normals.len() as u32 - 1, solid);
+            let [.., c, d] = face.corners;
+            let on = face.corners.iter().take(if c == d { 3 } else { 4 });
+            let count = on.len() as f64;
+            let on = on.map(|corner| cells.points()[*corner as usize]).sum::<DVec3>() / count;
+            made.faces.push(LitFace { on, inwards: -area.normalize_or_zero(), corners });
         }
         for own in about.chunk_by(|a, b| a.0 == b.0) {
             if own.len() <= MOST_ABOUT {
@@ -141,20 +171,109 @@ impl ShadingNormals {
             looks.after(1)?;
             made.carry_inwards(cells, (i, face), strength);
         }
-        let mut at = 0;
-        let mut looks = Looks::every(ticket, A_RUN);
-        for solid in 0..cells.solids().len() {
-            looks.after(1)?;
-            made.starts.push(at as u32);
-            while outer.get(at).is_some_and(|face| face.solid as usize == solid) {
-                at += 1;
-            }
-        }
-        made.starts.push(at as u32);
+        made.share(cells, (outer, flat, &about), ticket)?;
         Ok(made)
     }
 
-    /// Corners that lie on other outer faces have, where this face is the nearest, the mean of the corners on it that edges join
+    /// The corners of a solid beside a face, before that is softened: those on the border have its normal.
+    fn corners_beside(&self, normal: u32, solid: &Solid) -> [u32; 8] {
+        let mut corners = [0; 8];
+        for (to, corner) in corners.iter_mut().zip(solid.corners()) {
+            let is_on_border = self.normals[*corner as usize].is_on_border;
+            *to = if is_on_border { normal } else { *corner };
+        }
+        corners
+    }
+
+    /// Lists the faces by solids. Behind those of each come others that it touches, or that its cell has, which are turned
+    /// another way: rays come through them, too. `flat` is the number of the first face's normal.
+    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
+    fn share(
+        &mut self,
+        cells: &Cells,
+        (outer, flat, about): (&[Face], u32, &[(u32, u32)]),
+        ticket: &Ticket,
+    ) -> Result<(), Cancelled> {
+        let mut looks = Looks::every(ticket, A_RUN);
+        let faces = std::mem::take(&mut self.faces);
+        let about = |point: u32| {
+            let first = about.partition_point(|(at, _)| *at < point);
+            let count = about[first..].iter().take_while(|(at, _)| *at == point).count();
+            &about[first..first + count]
+        };
+        let mut found: Vec<u32> = Vec::new();
+        let (mut solid, mut of_cell) = (0, 0);
+        for pieces in cells.sources().chunk_by(|a, b| a == b) {
+            let end = solid + pieces.len();
+            let behind = of_cell + outer[of_cell..].partition_point(|f| (f.solid as usize) < end);
+            let mut at = of_cell;
+            for piece in solid..end {
+                self.starts.push(self.faces.len() as u32);
+                looks.after(1)?;
+                let first = self.faces.len();
+                while at < behind && outer[at].solid as usize == piece {
+                    self.faces.push(faces[at]);
+                    at += 1;
+                }
+                let corners = cells.solids()[piece].corners();
+                let on_border =
+                    corners.iter().filter(|corner| self.normals[**corner as usize].is_on_border);
+                found.clear();
+                on_border.for_each(|corner| found.extend(about(*corner).iter().map(|of| of.1)));
+                if found.is_empty() {
+                    continue;
+                }
+                if pieces.len() > 1 {
+                    found.extend(of_cell as u32..behind as u32);
+                }
+                looks.after(found.len())?;
+                let own = self.faces.len();
+                for number in &found {
+                    let face = &faces[*number as usize];
+                    if face.inwards != DVec3::ZERO
+                        && !self.faces[first..].iter().any(|known| is_alike(known, face))
+                    {
+                        let normal = |point: u32| {
+                            let turned = |of: &&(u32, u32)| {
+                                let other = &faces[of.1 as usize];
+                                (other.inwards.dot(face.inwards), of.1)
+                            };
+                            let best = about(point).iter().max_by(|a, b| {
+                                turned(a)
+                                    .0
+                                    .total_cmp(&turned(b).0)
+                                    .then(turned(b).1.cmp(&turned(a).1))
+                            });
+                            let best = best.map(|of| of.1 as usize);
+                            match best.filter(|best| is_alike(&faces[*best], face)) {
+                                Some(best) => {
+                                    let own = cells.solids()[outer[best].solid as usize].corners();
+                                    let at = own.iter().position(|corner| *corner == point);
+                                    at.map_or(flat + number, |at| faces[best].corners[at])
+                                }
+                                None => flat + number,
+                            }
+                        };
+                        let mut to = [0; 8];
+                        for (to, corner) in to.iter_mut().zip(corners) {
+                            let is_on_border = self.normals[*corner as usize].is_on_border;
+                            *to = if is_on_border { normal(*corner) } else { *corner };
+                        }
+                        self.faces.push(LitFace { corners: to, ..*face });
+                    }
+                }
+                // Of one alone the points have the normals.
+                if own == first && self.faces.len() == first + 1 {
+                    self.faces.pop();
+                }
+            }
+            (solid, of_cell) = (end, behind);
+        }
+        self.starts.push(self.faces.len() as u32);
+        Ok(())
+    }
+
+    /// Corners that lie on other outer faces have, beside this face, the mean of the corners on it that edges join
     /// them to: what lies behind it is lit alike, however deep.
     #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
     fn carry_inwards(&mut self, cells: &Cells, (number, face): (usize, &Face), strength: f64) {
@@ -236,6 +355,11 @@ impl ShadingNormals {
     }
 }
 
+/// Whether two faces are parts of one smooth surface.
+fn is_alike(a: &LitFace, b: &LitFace) -> bool {
+    a.inwards.dot(b.inwards) > SOFT_DEGREES.to_radians().cos()
+}
+
 /// Numbers of points, and of the faces about them: by the points, and then by the faces.
 #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
 fn faces_about(
@@ -268,14 +392,17 @@ fn faces_about(
     Ok(about)
 }
 
-/// A face's area, out of its solid.
-pub(super) fn area_of(cells: &Cells, face: &Face) -> DVec3 {
-    let points = cells.points();
-    let [a, b, c, d] = face.corners.map(|corner| points[corner as usize]);
-    // Half of what the diagonals span; of a triangle its own.
-    let area = (c - a).cross(d - b) / 2.0;
-    let area = if face.corners[2] == face.corners[3] { (b - a).cross(c - a) / 2.0 } else { area };
-    let solid = cells.placed(face.solid as usize);
-    let outwards = (a + b + c + d) / 4.0 - solid.at(solid.kind().middle()).0;
-    if area.dot(outwards) < 0.0 { -area } else { area }
+impl Cells {
+    /// A face's area, square world units: a vector out of its solid.
+    pub fn area(&self, face: &Face) -> DVec3 {
+        let points = self.points();
+        let [a, b, c, d] = face.corners.map(|corner| points[corner as usize]);
+        // Half of what the diagonals span; of a triangle its own.
+        let area = (c - a).cross(d - b) / 2.0;
+        let area =
+            if face.corners[2] == face.corners[3] { (b - a).cross(c - a) / 2.0 } else { area };
+        let solid = self.placed(face.solid as usize);
+        let outwards = (a + b + c + d) / 4.0 - solid.at(solid.kind().middle()).0;
+        if area.dot(outwards) < 0.0 { -area } else { area }
+    }
 }

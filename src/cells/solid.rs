@@ -71,25 +71,6 @@ impl Kind {
         }
     }
 
-    /// How high (r, s, t) lies above each of its faces: factors of 1, r, s and t of a height that is 0 on the face and 1
-    /// where the solid ends across from it.
-    pub fn heights(self) -> &'static [[f32; 4]] {
-        const BY_R: [f32; 4] = [0.0, 1.0, 0.0, 0.0];
-        const BY_S: [f32; 4] = [0.0, 0.0, 1.0, 0.0];
-        const BY_T: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
-        const FROM_R: [f32; 4] = [1.0, -1.0, 0.0, 0.0];
-        const FROM_S: [f32; 4] = [1.0, 0.0, -1.0, 0.0];
-        const FROM_T: [f32; 4] = [1.0, 0.0, 0.0, -1.0];
-        const FROM_R_AND_S: [f32; 4] = [1.0, -1.0, -1.0, 0.0];
-        const FROM_ALL: [f32; 4] = [1.0, -1.0, -1.0, -1.0];
-        match self {
-            Self::Tetrahedron => &[BY_T, BY_S, FROM_ALL, BY_R],
-            Self::Pyramid => &[BY_T, BY_S, FROM_R, FROM_S, BY_R],
-            Self::Wedge => &[BY_T, FROM_T, BY_S, FROM_R_AND_S, BY_R],
-            Self::Hexahedron => &[BY_T, FROM_T, BY_S, FROM_R, FROM_S, BY_R],
-        }
-    }
-
     /// The shape function of each corner at (r, s, t); the rest are 0.
     pub fn weights(self, DVec3 { x: r, y: s, z: t }: DVec3) -> [f64; 8] {
         let mut weights = [0.0; 8];

@@ -128,28 +128,6 @@ fn weights_are_one_at_their_corner_and_add_up_to_one() {
     }
 }
 
-#[test]
-fn heights_are_nothing_on_their_face_and_rise_from_it() {
-    let mut state = 0x5eed_0031_u64;
-    for kind in KINDS {
-        let solid = bent(kind, &mut state);
-        assert_eq!(kind.faces().len(), kind.heights().len());
-        for (face, height) in kind.faces().iter().zip(kind.heights()) {
-            let at = |unit: DVec3| {
-                let [one, r, s, t] = height.map(f64::from);
-                one + r * unit.x + s * unit.y + t * unit.z
-            };
-            // The face's middle is where its corners weigh alike.
-            let middle: DVec3 = face.iter().map(|i| solid.corners()[*i]).sum::<DVec3>();
-            let unit = solid.unit_from(middle / face.len() as f64);
-            if let Some(unit) = unit {
-                assert!(at(unit).abs() < 1e-6, "{kind:?} {face:?}: {}", at(unit));
-            }
-            assert!(at(kind.middle()) > 0.1, "{kind:?} {face:?}");
-        }
-    }
-}
-
 /// So many unit cubes along each axis, of a field at their points.
 fn cubes(
     [nx, ny, nz]: [usize; 3],
@@ -171,27 +149,72 @@ fn cubes(
 fn light_falls_on_the_border_of_cells_and_deeper_on_what_grows() {
     let field = cubes([4, 4, 4], |at| at, |at| 2.0 * at.x);
     let lit = field.shading_normals(&Ticket::new()).expect("not cancelled");
-    let growth = |place: [f64; 3]| {
-        let place = DVec3::from(place);
+    let growth = |place: [f64; 3], direction: [f64; 3]| {
+        let [place, direction] = [place, direction].map(DVec3::from);
         let cells = field.cells();
         let solid = (0..27).find(|solid| cells.placed(*solid).unit_from(place).is_some()).unwrap();
         let unit = cells.placed(solid).unit_from(place).unwrap();
-        lit.growth((solid, &cells.solids()[solid]), unit)
+        lit.growth((solid, &cells.solids()[solid]), unit, (place, direction))
     };
     let is = |found: DVec3, expected: [f64; 3]| {
         assert!((found - DVec3::from(expected)).length() < 1e-9, "{found}");
     };
+    let [along_x, along_z, aslant] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.5]];
     // Into the cells, as strong as the field grows anywhere, up to the edges, which are sharp.
-    is(growth([1.5, 1.5, 0.0]), [0.0, 0.0, 2.0]);
-    is(growth([1.5, 1.5, 3.0]), [0.0, 0.0, -2.0]);
-    is(growth([0.02, 1.5, 0.0]), [0.0, 0.0, 2.0]);
-    is(growth([0.0, 1.5, 0.02]), [2.0, 0.0, 0.0]);
-    is(growth([3.0, 0.03, 0.03]), [-2.0, 0.0, 0.0]);
+    is(growth([1.5, 1.5, 0.0], along_z), [0.0, 0.0, 2.0]);
+    is(growth([1.5, 1.5, 3.0], along_z), [0.0, 0.0, -2.0]);
+    is(growth([0.02, 1.5, 0.0], along_z), [0.0, 0.0, 2.0]);
+    is(growth([0.0, 1.5, 0.02], along_x), [2.0, 0.0, 0.0]);
+    is(growth([3.0, 0.03, 0.03], along_x), [-2.0, 0.0, 0.0]);
+    // Where a ray came in, whichever face is nearer: half as steep, it is twice as far along x that it came in by x.
+    is(growth([0.02, 1.5, 0.0], aslant), [0.0, 0.0, 2.0]);
+    is(growth([0.3, 1.5, 0.2], aslant), [2.0, 0.0, 0.0]);
+    is(growth([0.5, 1.5, 0.2], aslant), [0.0, 0.0, 2.0]);
+    // And where it leaves, as it came in by none of this cell's.
+    is(growth([2.7, 1.5, 2.9], aslant), [0.0, 0.0, -2.0]);
+    is(growth([2.9, 1.5, 2.7], aslant), [-2.0, 0.0, 0.0]);
     // One layer deep as the field, and in between both.
-    is(growth([1.5, 1.5, 1.5]), [2.0, 0.0, 0.0]);
-    is(growth([1.5, 1.5, 0.25]), [0.5, 0.0, 1.5]);
+    is(growth([1.5, 1.5, 1.5], along_z), [2.0, 0.0, 0.0]);
+    is(growth([1.5, 1.5, 0.25], along_z), [0.5, 0.0, 1.5]);
     // A surface and its back are lit alike: nothing cancels out where the border is turned against the growth.
-    is(growth([2.75, 1.5, 1.5]), [-2.0, 0.0, 0.0]);
+    is(growth([2.75, 1.5, 1.5], along_x), [-2.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_cell_that_was_split_is_lit_as_one() {
+    // A hexagonal prism is six wedges. A ray that comes in through one side has its light in all of them.
+    let ring = |z: f64| {
+        (0..6).map(move |i| {
+            let turn = f64::from(i) * std::f64::consts::FRAC_PI_3;
+            DVec3::new(turn.cos(), turn.sin(), z)
+        })
+    };
+    let points: Vec<DVec3> = ring(0.0).chain(ring(1.0)).collect();
+    let cells = Arc::new(Cells::new(listing(16, &points)).expect("a prism"));
+    assert_eq!(cells.solids().len(), 6);
+    let field = CellField::new(Arc::clone(&cells), On::Cells, vec![7.0]);
+    let lit = field.shading_normals(&Ticket::new()).expect("not cancelled");
+    // From the middle of the side between the first two points to the one across.
+    let turn = std::f64::consts::FRAC_PI_6;
+    let inwards = -DVec3::new(turn.cos(), turn.sin(), 0.0);
+    let direction = DVec3::new(inwards.x, inwards.y, 0.05);
+    let begin = -inwards * (0.75_f64.sqrt() - 1e-6) + DVec3::Z * 0.4;
+    let mut passed = std::collections::BTreeSet::new();
+    for i in 0..100 {
+        // A little beside the axis, where all wedges meet.
+        let beside = DVec3::new(-inwards.y, inwards.x, 0.0) * 0.2;
+        let place = begin + beside + direction * (f64::from(i) / 99.0 * 1.732);
+        let holds = |solid: &usize| cells.placed(*solid).unit_from(place).is_some();
+        let Some(solid) = (0..6).find(holds) else { continue };
+        passed.insert(solid);
+        let unit = cells.placed(solid).unit_from(place).expect("it holds it");
+        let at = (solid, &cells.solids()[solid]);
+        let growth = lit.growth(at, unit, (place, direction));
+        assert!((growth - inwards).length() < 1e-9, "{i} in {solid}: {growth}");
+    }
+    assert!(passed.len() >= 3, "{passed:?}");
+    // Two faces of its own and the top and the bottom, which each has: five others.
+    assert!((0..6).all(|solid| lit.faces_of(solid).len() == 8));
 }
 
 #[test]
@@ -204,10 +227,11 @@ fn light_on_a_bent_border_is_smooth_and_on_a_sharp_one_is_not() {
         };
         let field = cubes([3, 2, 2], place, |_| 5.0);
         let lit = field.shading_normals(&Ticket::new()).unwrap();
-        // On the lower faces, at the fold and a step from it, and above the fold, where these are still the nearest.
+        // On the lower faces, at the fold and a step from it, and above the fold.
         [[0.999, 0.0], [0.0, 0.0], [0.999, 0.3]].map(|[r, t]| {
             let first = (0, &field.cells().solids()[0]);
-            lit.growth(first, DVec3::new(r, 0.5, t))
+            let place = DVec3::new(r, 0.5, t);
+            lit.growth(first, place, (place, DVec3::Z))
         })
     };
     let angle = |a: DVec3, b: DVec3| a.angle_between(b).to_degrees();

@@ -229,7 +229,10 @@ pub(super) fn scene(input: &Input, flags: &SceneFlags, mode: Mode) -> Result<Sce
         // Up as the world has it, whatever direction is looked along, not as the first view happens to be tilted.
         opening.camera.up = orientation.up.vector();
     }
-    let camera = camera(flags, &opening.camera);
+    let mut camera = camera(flags, &opening.camera);
+    if flags.parallel_scale.is_none() {
+        camera = scene::in_perspective(&opening, camera);
+    }
     check_scale(flags, volume.lattice.bounding_radius())?;
     no_up(flags, &camera).iter().for_each(|what| note(what));
     let mut regions = Vec::new();

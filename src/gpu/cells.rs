@@ -18,7 +18,7 @@ const NO_PLACE: f64 = -1.0;
 /// that, and 1 on the border; and the records. Of each: its kind, and above two bits which of the file's cells it is of, how
 /// far outside counts as inside, its first corner; of a tetrahedron the three rows that lead from an offset to (r, s, t) and
 /// four factors of its value, of others 21 factors of its place and eight of its value; the numbers of its corners; how many
-/// outer faces it has, and of each four factors of the height above it, and the numbers of its corners' normals. Where it is not
+/// outer faces its cell has, and of each a unit vector inwards, its product with places on the face, and the numbers of its corners' normals. Where it is not
 /// `is_lit` there are no normals, and records have no outer faces.
 ///
 /// # Errors
@@ -100,7 +100,9 @@ pub(super) fn words(
         words.extend(solid.corners());
         words.push(short(faces_of(i).len()));
         for face in faces_of(i) {
-            words.extend(solid.kind().heights()[usize::from(face.number)].map(f32::to_bits));
+            let inwards = (index * face.inwards).normalize_or_zero();
+            words.extend(inwards.to_array().map(bits));
+            words.push(bits(inwards.dot(place(face.on))));
             words.extend(&face.corners[..solid.kind().points()]);
         }
     }

@@ -124,7 +124,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
                 (t, is_elsewhere),
                 other,
                 #[inline(always)]
-                |place| cells.here(simd, (place, packet.is_there), of),
+                |place| cells.here(simd, (place, packet.is_there), (of, packet.direction)),
             );
             (found.value, found.growth) = (value, growth);
         }
@@ -203,7 +203,7 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
                 continue;
             }
             let of = (packet.at(t), counts);
-            let Here { value, growth } = self.cells.here(simd, of, self.of);
+            let Here { value, growth } = self.cells.here(simd, of, (self.of, packet.direction));
             self.values[i] = value;
             if let (Some(growths), Some(growth)) = (&mut self.growths, growth) {
                 growths[i] = growth;
@@ -271,7 +271,9 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
     ) {
         self.values[i] = choose(within, value, self.values[i]);
         if let Some(growths) = &mut self.growths {
-            let growth = self.cells.growth_in(simd, self.of, solid, unit);
+            let t = all(simd, (self.window.begin() + i as f32) * self.window.step);
+            let ray = (packet.at(t), packet.direction);
+            let growth = self.cells.growth_in(simd, self.of, (solid, unit), ray);
             growths[i] = Vec3::choose(within, growth, growths[i]);
         }
         if !self.is_open(simd, packet, i) {
@@ -438,7 +440,10 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let slab = (t * (1.0 / self.window.step)).floor() - self.window.first() as f32;
         let Some(slabs) = self.faces_within(simd, is_met, [slab; 2]) else { return };
         let growth = match &self.border_growths {
-            Some(_) => self.cells.growth_on(simd, self.of, entry.number, [u, v]),
+            Some(_) => {
+                let ray = (packet.at(t), packet.direction);
+                self.cells.growth_on(simd, self.of, (entry.number, [u, v]), ray)
+            }
             None => Vec3::splat(simd, [0.0; 3]),
         };
         for i in slabs {

@@ -2,6 +2,8 @@
 
 use fearless_simd::{Simd, prelude::*};
 
+use crate::cells;
+
 use super::lanes::{Lanes, Vec3, all, any, choose};
 
 /// What light takes for the growth of a field ([`crate::cells::ShadingNormals`]).
@@ -17,11 +19,18 @@ pub(super) struct Lit {
 /// An outer face as light has it.
 #[derive(Debug)]
 pub(super) struct LitFace {
-    /// Factors of 1, r, s and t of the height above it.
-    pub height: [f32; 4],
-    /// Numbers of normals of the solid's corners, and of the face's own.
+    /// Of its plane: a unit vector inwards, and what its product is with places on the face, per index.
+    pub plane: [f32; 4],
+    /// Numbers of normals of the solid's corners.
     pub corners: [u32; 8],
-    pub own: [u32; 4],
+}
+
+/// Where a ray is in a solid: the place and the ray's direction per index, and the shape functions of the corners.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a, S: Simd> {
+    pub place: Vec3<S>,
+    pub direction: Vec3<S>,
+    pub weights: &'a [Lanes<S>; 8],
 }
 
 /// Which growth is asked for.
@@ -72,27 +81,48 @@ impl Lit {
         border.at(inside, choose(is_turned, all(simd, -1.0), all(simd, 1.0)))
     }
 
-    /// Of several outer faces of a solid, by the one that is nearest to each place.
+    /// What light takes for the growth in a solid.
     #[inline(always)]
-    pub(super) fn growth_by_nearest<S: Simd>(
+    pub(super) fn growth_in<S: Simd>(
         &self,
         simd: S,
-        faces: &[LitFace],
-        (unit, weights): (Vec3<S>, &[Lanes<S>; 8]),
+        (solid, corners): (u32, &[u32]),
+        seen: Seen<'_, S>,
     ) -> Vec3<S> {
-        let height = |face: &LitFace| {
-            let [one, r, s, t] = face.height;
-            Vec3::splat(simd, [r, s, t]).dot(unit) + one
-        };
-        let mut least = all(simd, 2.0);
+        match self.faces_of(solid) {
+            [] => self.growth(simd, corners, seen.weights),
+            [face] => self.growth(simd, &face.corners[..corners.len()], seen.weights),
+            faces => self.growth_by_entry(simd, (faces, corners.len()), seen),
+        }
+    }
+
+    /// Of several outer faces by the one that each ray came in through ([`cells::LitFace::nearness`]).
+    #[inline(always)]
+    fn growth_by_entry<S: Simd>(
+        &self,
+        simd: S,
+        (faces, corners): (&[LitFace], usize),
+        seen: Seen<'_, S>,
+    ) -> Vec3<S> {
+        #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
+        let along = all(simd, cells::LitFace::ALONG as f32);
+        let one = all(simd, 1.0);
+        let forward = seen.direction.scaled(one / seen.direction.dot(seen.direction).sqrt());
+        let mut nearest = all(simd, -3e38);
         let mut found = Vec3::splat(simd, [0.0; 3]);
         for face in faces {
-            let height = height(face);
-            let is_nearest = height.simd_lt(least);
-            if any(is_nearest) {
-                let own = self.growth(simd, &face.corners, weights);
-                found = Vec3::choose(is_nearest, own, found);
-                least = least.min(height);
+            let [x, y, z, on] = face.plane;
+            let inwards = Vec3::splat(simd, [x, y, z]);
+            let height = (inwards.dot(seen.place) - on).abs();
+            let slope = inwards.dot(forward);
+            let left = height / (all(simd, 0.0) - slope).max(along);
+            let entered = slope / height.max(all(simd, 1e-20));
+            let nearness = choose(slope.simd_gt(along), entered, all(simd, 0.0) - left);
+            let is_nearer = nearness.simd_gt(nearest);
+            if any(is_nearer) {
+                let own = self.growth(simd, &face.corners[..corners], seen.weights);
+                found = Vec3::choose(is_nearer, own, found);
+                nearest = nearest.max(nearness);
             }
         }
         found

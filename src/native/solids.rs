@@ -10,7 +10,7 @@ use super::in_order::look;
 use super::landed::{Extent, Landed};
 use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
-use super::lit_cells::{Growths, Lit, LitFace};
+use super::lit_cells::{Growths, Lit, LitFace, Seen};
 use super::rays::Rays;
 use super::shapes::{BEYOND, Bent, Straight, clamped, narrow, of_solid, of_tetrahedron, weights};
 use super::sums::Asked;
@@ -61,8 +61,9 @@ pub(super) struct Outer {
 #[derive(Debug)]
 pub(super) struct Solids {
     field: Arc<CellField>,
-    /// World steps of the lattice.
+    /// World steps of the lattice, and where it begins.
     axes: DMat3,
+    origin: DVec3,
     listed: Listed,
     pub solids: Vec<Solid>,
     pub straight: Vec<Straight>,
@@ -150,8 +151,8 @@ impl Solids {
             });
         }
         let (growths, lit) = (OnceLock::new(), OnceLock::new());
-        let (field, axes) = (Arc::clone(field), lattice.axes());
-        Ok(Self { field, axes, listed, solids, straight, bent, outer, growths, lit })
+        let (field, axes, origin) = (Arc::clone(field), lattice.axes(), lattice.origin);
+        Ok(Self { field, axes, origin, listed, solids, straight, bent, outer, growths, lit })
     }
 
     /// Least and greatest value in each of a lattice's bricks, of the cells that reach into it; where there are none nothing
@@ -260,23 +261,14 @@ impl Solids {
             let [x, y, z] = (index * world[i].growth).as_vec3().to_array();
             [x, y, z, f32::from(u8::from(world[i].is_on_border))]
         };
-        let solids = self.field.cells().solids();
-        // In the order of the outer faces, which are by their solids, too.
-        let mut looks = Looks::every(ticket, A_RUN);
-        let mut faces = Vec::with_capacity(of.faces().len());
-        for (face, outer) in of.faces().iter().zip(&self.outer) {
-            looks.after(1)?;
-            let solid = &solids[outer.solid as usize];
-            let own = |point: u32| {
-                let at = solid.corners().iter().position(|corner| *corner == point);
-                face.corners[at.unwrap_or_default()]
-            };
-            faces.push(LitFace {
-                height: solid.kind().heights()[usize::from(face.number)],
-                corners: face.corners,
-                own: outer.corners.map(own),
-            });
-        }
+        let face = |i: usize| {
+            let face = &of.faces()[i];
+            let inwards = (index * face.inwards).normalize_or_zero();
+            let on = inwards.dot(self.axes.inverse() * (face.on - self.origin));
+            let [x, y, z] = inwards.as_vec3().to_array();
+            LitFace { plane: [x, y, z, narrow(on)], corners: face.corners }
+        };
+        let faces = mapped(of.faces().len(), A_RUN, face, ticket)?;
         let normals = mapped(world.len(), A_RUN, normal, ticket)?;
         Ok(Lit { normals, faces, starts: of.starts().to_vec() })
     }
@@ -360,17 +352,18 @@ impl Solids {
     /// The values at places; [`NOTHING`] outside all cells.
     #[inline(always)]
     pub(super) fn value<S: Simd>(&self, simd: S, place: Vec3<S>) -> Lanes<S> {
-        self.here(simd, (place, Mask::splat(simd, true)), Growths::None).value
+        let nowhere = Vec3::splat(simd, [0.0; 3]);
+        self.here(simd, (place, Mask::splat(simd, true)), (Growths::None, nowhere)).value
     }
 
-    /// The values at places that count, [`NOTHING`] outside all cells; and their growth per index, where that is asked for. Not
-    /// inlined: its loop is long, and many ask.
+    /// The values at places that count, [`NOTHING`] outside all cells; and their growth per index, where that is asked for: light's
+    /// for rays in a direction. Not inlined: its loop is long, and many ask.
     #[inline(never)]
     pub(super) fn here<S: Simd>(
         &self,
         simd: S,
         of: (Vec3<S>, Mask<S>),
-        growths: Growths<'_>,
+        (growths, direction): (Growths<'_>, Vec3<S>),
     ) -> Here<S> {
         simd.vectorize(
             #[inline(always)]
@@ -389,7 +382,8 @@ impl Solids {
                         };
                         value = choose(within, own, value);
                         if let Some(growth) = &mut growth {
-                            let own = self.growth_in(simd, growths, solid, unit);
+                            let ray = (of.0, direction);
+                            let own = self.growth_in(simd, growths, (solid, unit), ray);
                             *growth = Vec3::choose(within, own, *growth);
                         }
                     },
@@ -469,18 +463,20 @@ impl Solids {
     /// The values' growth per index at places; 0 outside all cells.
     #[inline(always)]
     pub(super) fn gradient<S: Simd>(&self, simd: S, place: Vec3<S>) -> Vec3<S> {
-        let here = self.here(simd, (place, Mask::splat(simd, true)), self.growths(false));
+        let nowhere = Vec3::splat(simd, [0.0; 3]);
+        let asked = (self.growths(false), nowhere);
+        let here = self.here(simd, (place, Mask::splat(simd, true)), asked);
         here.growth.unwrap_or_else(|| Vec3::splat(simd, [0.0; 3]))
     }
 
-    /// Growth at places of a solid; 0 where none is asked for.
+    /// Growth at places of a solid, of rays through a place in a direction; 0 where none is asked for.
     #[inline(always)]
     pub(super) fn growth_in<S: Simd>(
         &self,
         simd: S,
         growths: Growths<'_>,
-        solid: u32,
-        unit: Vec3<S>,
+        (solid, unit): (u32, Vec3<S>),
+        (place, direction): (Vec3<S>, Vec3<S>),
     ) -> Vec3<S> {
         let own = &self.field.cells().solids()[solid as usize];
         let unit = clamped(simd, unit);
@@ -495,47 +491,53 @@ impl Solids {
                 sum
             }
             Growths::ForLight(lit) => {
-                let weights = weights();
-                match lit.faces_of(solid) {
-                    [] => lit.growth(simd, own.corners(), &weights),
-                    [face] => lit.growth(simd, &face.corners, &weights),
-                    faces => lit.growth_by_nearest(simd, faces, (unit, &weights)),
-                }
+                let seen = Seen { place, direction, weights: &weights() };
+                lit.growth_in(simd, (solid, own.corners()), seen)
             }
         }
     }
 }
 
 impl Solids {
-    /// Growth at a place (u, v) of an outer face.
+    /// Growth at a place (u, v) of an outer face, of rays through this place in a direction.
     #[inline(always)]
     pub(super) fn growth_on<S: Simd>(
         &self,
         simd: S,
         growths: Growths<'_>,
-        outer: u32,
-        [u, v]: [Lanes<S>; 2],
+        (outer, [u, v]): (u32, [Lanes<S>; 2]),
+        (place, direction): (Vec3<S>, Vec3<S>),
     ) -> Vec3<S> {
         let own = &self.outer[outer as usize];
         let one = all(simd, 1.0);
         let zero = all(simd, 0.0);
         let (u, v) = (u.max(zero).min(one), v.max(zero).min(one));
-        let weights = match own.is_triangle {
+        let on_face = match own.is_triangle {
             true => [one - u - v, u, v, zero],
             false => [(one - u) * (one - v), u * (one - v), u * v, (one - u) * v],
         };
-        let mut sum = Vec3::splat(simd, [0.0; 3]);
-        for (i, weight) in weights.into_iter().enumerate() {
-            let growth = match growths {
-                Growths::None => return sum,
-                Growths::Own(growths) => growths[own.corners[i] as usize],
-                Growths::ForLight(lit) => {
-                    let [x, y, z, _] = lit.normals[lit.faces[outer as usize].own[i] as usize];
-                    [x, y, z]
+        match growths {
+            Growths::None => Vec3::splat(simd, [0.0; 3]),
+            Growths::Own(growths) => {
+                let mut sum = Vec3::splat(simd, [0.0; 3]);
+                for (corner, weight) in own.corners.iter().zip(on_face) {
+                    sum = sum.at(Vec3::splat(simd, growths[*corner as usize]), weight);
                 }
-            };
-            sum = sum.at(Vec3::splat(simd, growth), weight);
+                sum
+            }
+            Growths::ForLight(lit) => {
+                let corners = self.field.cells().solids()[own.solid as usize].corners();
+                let mut weights = [zero; 8];
+                for (weight, corner) in weights.iter_mut().zip(corners) {
+                    for (on_face, at) in on_face.iter().zip(own.corners) {
+                        if at == *corner {
+                            *weight += *on_face;
+                        }
+                    }
+                }
+                let seen = Seen { place, direction, weights: &weights };
+                lit.growth_in(simd, (own.solid, corners), seen)
+            }
         }
-        sum
     }
 }

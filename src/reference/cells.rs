@@ -166,14 +166,16 @@ impl Cells {
         self.lattice.axes().transpose() * world
     }
 
-    /// What light takes for it: see [`ShadingNormals`].
-    pub(super) fn growth_for_light(&self, place: DVec3) -> DVec3 {
+    /// What light takes for it, for a ray through a place in a direction: see [`ShadingNormals`].
+    pub(super) fn growth_for_light(&self, place: DVec3, direction: DVec3) -> DVec3 {
         let Some((own, unit)) = self.find(place) else { return DVec3::ZERO };
         // Nobody cancels a fresh ticket.
         let made = || self.field.shading_normals(&Ticket::new()).ok();
         let Some(lit) = self.lit.get_or_init(made) else { return DVec3::ZERO };
-        let growth = lit.growth((own, &self.field.cells().solids()[own]), unit);
-        self.lattice.axes().transpose() * growth
+        let axes = self.lattice.axes();
+        let ray = (self.lattice.world_from_index(place), axes * direction);
+        let growth = lit.growth((own, &self.field.cells().solids()[own]), unit, ray);
+        axes.transpose() * growth
     }
 
     /// Where a part of a ray passes the faces of cells, and some places beside them, in no order.

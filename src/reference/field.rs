@@ -377,10 +377,11 @@ impl Field {
         passed.collect()
     }
 
-    /// What light that falls on borders takes for the growth per index, of what has borders.
-    pub(super) fn growth_for_light(&self, place: DVec3) -> Option<DVec3> {
+    /// What light that falls on borders takes for the growth per index, of what has borders; for a ray through a place in a
+    /// direction.
+    pub(super) fn growth_for_light(&self, place: DVec3, direction: DVec3) -> Option<DVec3> {
         if let Some(cells) = &self.cells {
-            return Some(cells.growth_for_light(place));
+            return Some(cells.growth_for_light(place, direction));
         }
         let (functions, lattice) = self.functions.as_ref().filter(|_| self.has_borders)?;
         Some(functions.growth_for_light(lattice.world_from_index(place), lattice.axes()))

@@ -66,7 +66,9 @@ impl RayShader<'_> {
         let lights_borders = self.shader.is_some_and(|shader| shader.shading.lights_borders());
         let growth = |t: f64| {
             let place = self.index.at(t);
-            let of_borders = lights_borders.then(|| self.field.growth_for_light(place)).flatten();
+            let of_borders =
+                lights_borders.then(|| self.field.growth_for_light(place, self.index.step));
+            let of_borders = of_borders.flatten();
             of_borders.unwrap_or_else(|| gradient(self.field, place))
         };
         self.shaded_with(density, t, value, || {

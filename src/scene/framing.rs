@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ClipBox, PolygonLayer, Scene, framing_camera};
 use crate::core::parallel;
-use crate::core::{Camera, names};
+use crate::core::{Camera, Projection, names};
 use crate::polygons::Mesh;
 use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
@@ -281,6 +281,44 @@ pub fn box_of_what_shows(volume: &ScalarVolume, transfer: &TransferFunction) -> 
     }
 }
 
+/// Where what shows of a volume lies along three unit directions, from the lattice's middle; `None` where nothing does.
+fn ends_of_field(
+    volume: &ScalarVolume,
+    transfer: &TransferFunction,
+    along: [DVec3; 3],
+) -> Option<[[f64; 2]; 3]> {
+    let corners = || {
+        let cells = volume.cells.as_ref()?;
+        // Samples miss the corners of cells, which are known where nothing of these is hidden.
+        shows_all(transfer, cells.range()?).then(|| cells.ends(along, volume.lattice.centre()))?
+    };
+    corners().or_else(|| shown(volume, transfer, along))
+}
+
+/// A camera that shows in perspective what it shows in parallel rays: what is nearer to the eye than the focal point looks larger, so
+/// that it takes a wider view. One of parallel rays is as it was.
+///
+/// What lies `h` nearer than the focal point is seen in a part (d − h)/d of the view's half height s there, with d = s/tan(α/2): it
+/// shows where s is wider by h tan(α/2). No more is asked for than a sphere about all of the lattice takes, s/cos(α/2).
+pub fn in_perspective(scene: &Scene, camera: Camera) -> Camera {
+    let Projection::Perspective { view_angle } = camera.projection else { return camera };
+    let along = [camera.right(), camera.up, camera.direction];
+    let focal = camera.direction.dot(camera.focal_point);
+    let lattice = scene.lattice();
+    let field = scene.volume().zip(scene.transfer()).filter(|_| scene.shows_field());
+    let of_field = field.and_then(|(volume, transfer)| ends_of_field(volume, transfer, along));
+    let of_field = of_field.map(|ends| ends[2][0] + camera.direction.dot(lattice.centre()));
+    let of_surfaces = ends_of_surfaces(scene, along, |mesh| scene.may_reach(mesh.bounds()));
+    let nearest = of_field.into_iter().chain(of_surfaces.map(|ends| ends[2][0]));
+    let nearest = nearest.fold(focal, f64::min);
+    let whole = framing_camera(&lattice, camera.direction, camera.up).parallel_scale;
+    let whole = whole + lattice.centre().distance(camera.focal_point);
+    let wide = camera.parallel_scale + (focal - nearest) * (view_angle / 2.0).tan();
+    let sphere = whole.max(camera.parallel_scale) / (view_angle / 2.0).cos();
+    let parallel_scale = if of_surfaces.is_none() { wide.min(sphere) } else { wide };
+    Camera { parallel_scale, ..camera }
+}
+
 /// A camera along `direction` that shows all that can be seen of a volume under a transfer function, with a margin of a
 /// twentieth, in any picture at least as wide as it is high; where nothing shows, the whole lattice.
 pub fn framing_what_shows(
@@ -291,12 +329,7 @@ pub fn framing_what_shows(
 ) -> Camera {
     let whole = framing_camera(&volume.lattice, direction, up);
     let along = [whole.right(), whole.up, whole.direction];
-    let corners = || {
-        let cells = volume.cells.as_ref()?;
-        // Samples miss the corners of cells, which are known where nothing of these is hidden.
-        shows_all(transfer, cells.range()?).then(|| cells.ends(along, volume.lattice.centre()))?
-    };
-    let Some(ends) = corners().or_else(|| shown(volume, transfer, along)) else { return whole };
+    let Some(ends) = ends_of_field(volume, transfer, along) else { return whole };
     let halves = ends.map(|[low, high]| 0.5 * (high - low));
     let offset: DVec3 =
         along.iter().zip(ends).map(|(&axis, [low, high])| axis * (0.5 * (low + high))).sum();
@@ -427,6 +460,7 @@ mod tests {
 
     use super::*;
     use crate::core::Ticket;
+    use crate::scene::{SampleSource, opening};
     use crate::transfer::{ColourMap, ColourSource};
     use crate::volume::{Association, Component, Field, Grid, Lattice, Samples, Shape};
 
@@ -476,6 +510,22 @@ mod tests {
                 (2.0..2.8).contains(&least) && (97.2..98.0).contains(&most),
                 "{view:?}: {least} {most}"
             );
+            // In perspective, too, whatever its angle, and not much smaller.
+            let source = SampleSource::default();
+            let mut scene = opening(source, Arc::new(volume.clone()), None);
+            *scene.transfer_mut().expect("a field") = transfer.clone();
+            for degrees in [5.0_f64, 40.0, 60.0, 90.0] {
+                let projection = Projection::Perspective { view_angle: degrees.to_radians() };
+                let wider = in_perspective(&scene, Camera { projection, ..camera });
+                let offset = |p: DVec3| {
+                    let pixel = wider.pixel_from_view(wider.to_view(leaning(p)), [100.0; 2]);
+                    let pixel = pixel.expect("before the eye");
+                    (pixel.x - 50.0).abs().max((pixel.y - 50.0).abs())
+                };
+                let most = places.clone().map(offset).fold(0.0, f64::max);
+                assert!((28.0..50.0).contains(&most), "{view:?} {degrees}: {most}");
+            }
+            assert_eq!(in_perspective(&scene, camera), camera);
         }
     }
 
@@ -554,7 +604,7 @@ mod tests {
         let samples = Samples::UInt8((0..1000).map(|i| (i % 251) as u8).collect());
         let volume =
             Arc::new(ScalarVolume::from_samples("block", lattice, samples).expect("sound"));
-        let alone = crate::scene::opening(Default::default(), volume, None);
+        let alone = opening(Default::default(), volume, None);
         let (direction, up) = NamedView::Front.direction_and_up(Orientation::default());
         let own = framing_all(&alone, direction, up);
         let triangle = |at: DVec3, size: f64| {

@@ -2,10 +2,12 @@
 
 use super::ScalarVolume;
 use crate::cells::On;
-use crate::core::parallel;
+use crate::core::{Ticket, parallel};
 
 /// Solids whose volume is looked at, about.
 const MOST: usize = 20_000;
+/// Solids whose outer faces are found for it: of more the first picture would wait for them.
+const MOST_WITH_FACES: usize = 200_000;
 /// Of the faces of cubes that stand for a surface in any direction, the part that it has: 1 along an axis, 2/3 on average.
 const OF_FACES: f64 = 0.75;
 
@@ -16,13 +18,26 @@ impl ScalarVolume {
     }
 
     /// How thick its cells are from one side to the other, in their median edges: 2 V / S of their volume and their surface, which
-    /// is exact of plates. The surface is that of the samples within them. `None` of volumes that are on no cells.
+    /// is exact of plates. The surface of many cells is that of the samples within them. `None` of volumes that are on no cells.
     pub fn depth_in_cells(&self) -> Option<f64> {
-        let (cells, lattice) = (self.cells.as_ref()?, &self.lattice);
+        let cells = self.cells.as_ref()?;
         let solids = cells.cells().solids().len();
         let every = solids.div_ceil(MOST).max(1);
         let looked_at = (0..solids).step_by(every).filter(|solid| cells.is_there(*solid));
         let volume: f64 = looked_at.map(|solid| cells.cells().placed(solid).volume().abs()).sum();
+        let surface = if solids <= MOST_WITH_FACES {
+            // Nobody cancels a fresh ticket.
+            let faces = &cells.surface(&Ticket::new()).ok()?.faces;
+            faces.iter().map(|face| cells.cells().area(face).length()).sum()
+        } else {
+            self.surface_of_samples()
+        };
+        Some(2.0 * volume * every as f64 / surface / cells.cells().median_edge())
+    }
+
+    /// The surface of the samples that have numbers, square world units; their lattice is of cubes.
+    fn surface_of_samples(&self) -> f64 {
+        let lattice = &self.lattice;
         let [nx, ny, _] = lattice.dims;
         let steps = [1, nx, nx * ny];
         let is_in = |at: usize| self.samples.get(at).is_finite();
@@ -37,8 +52,7 @@ impl ScalarVolume {
         };
         let open_faces = |at: usize| if is_in(at) { open_faces(at) } else { 0 };
         let faces = parallel::merged(lattice.len(), || 0, open_faces, |a, b| a + b);
-        let surface = OF_FACES * faces as f64 * lattice.spacing.x * lattice.spacing.y;
-        Some(2.0 * volume * every as f64 / surface / cells.cells().median_edge())
+        OF_FACES * faces as f64 * lattice.spacing.x * lattice.spacing.y
     }
 }
 
@@ -50,10 +64,10 @@ mod tests {
 
     use crate::cells::{Cells, Listing};
     use crate::core::Ticket;
-    use crate::volume::{Association, Component, Field, Grid, Samples, Shape};
+    use crate::volume::{Association, Component, Field, Grid, Samples, ScalarVolume, Shape};
 
     /// A box of so many cubes along x, y and z, each of unit edges, but so thick along z.
-    fn depth(cubes: [usize; 3], thick: f64) -> f64 {
+    fn plate(cubes: [usize; 3], thick: f64) -> ScalarVolume {
         let [nx, ny, nz] = cubes.map(|n| n + 1);
         let at = |i: usize| {
             DVec3::new((i % nx) as f64, (i / nx % ny) as f64, thick * (i / (nx * ny)) as f64)
@@ -76,18 +90,29 @@ mod tests {
             samples: Arc::new(Samples::Float32(values)),
         };
         let grid = Grid::shaped([nx * ny * nz, 1, 1], shape, vec![field]).unwrap();
-        let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).unwrap();
-        volume.depth_in_cells().unwrap()
+        grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).unwrap()
     }
 
     #[test]
     fn plates_are_as_thick_as_they_are_and_cubes_a_third_of_their_side() {
-        // Its faces are along the axes: 4/3 of what they would be on average.
-        let plate = depth([20, 20, 2], 0.1);
-        assert!((0.15..0.35).contains(&plate), "{plate}");
-        let thick = depth([20, 20, 2], 0.3);
-        assert!((2.0..4.0).contains(&(thick / plate)), "{plate} {thick}");
-        let cube = depth([10, 10, 10], 1.0);
-        assert!((10.0 / 3.0..10.0 / 3.0 * 1.5).contains(&cube), "{cube}");
+        // Twice the volume by the surface, in edges of 1; the last is thinner than samples lie apart.
+        for (cubes, thick) in [([20, 20, 2], 0.1), ([10, 10, 10], 1.0), ([20, 20, 1], 1e-4)] {
+            let [x, y, z] = cubes.map(|n| n as f64);
+            let z = z * thick;
+            let expected = 2.0 * x * y * z / (2.0 * (x * y + x * z + y * z));
+            let found = plate(cubes, thick).depth_in_cells().unwrap();
+            assert!((found - expected).abs() < 1e-9 * expected, "{cubes:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn the_surface_of_samples_is_about_that_of_what_they_lie_in() {
+        // Faces along the axes are 4/3 of what those of all directions would be on average: up to 3/4 is taken of them.
+        for (cubes, thick, surface) in
+            [([20, 20, 2], 0.3, 848.0), ([10, 10, 10], 1.0, 600.0), ([30, 4, 4], 1.0, 512.0)]
+        {
+            let found = plate(cubes, thick).surface_of_samples() / surface;
+            assert!((0.6..1.0).contains(&found), "{cubes:?}: {found}");
+        }
     }
 }

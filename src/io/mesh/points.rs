@@ -15,7 +15,7 @@ use crate::core::memory::{self, require};
 use crate::core::progress::Ticket;
 use crate::polygons::{Mesh, MeshArray, MeshValues};
 use crate::rbf::next_distance;
-use crate::volume::{Component, Field, Grid, Shape};
+use crate::volume::{Component, Field, Grid, Shape, TIMES_FRAMED, without_strays};
 
 /// How far the corners of octahedra lie from their place, and the surface of balls, of how far places lie apart.
 const OCTAHEDRON: f64 = 0.75;
@@ -104,43 +104,6 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     if there.is_empty() { f64::NAN } else { there.into_iter().map(|value| value / count).sum() }
 }
 
-/// Of a hundred points so many may lie far from the others at either end of an axis.
-const FAR_OF_HUNDRED: f64 = 0.5;
-const LEAST_TO_STRAY: usize = 20;
-/// What is framed is so many times longer than the box of those that lie near one another.
-const FRAME: f64 = 3.0;
-/// The box of all is so many times longer where some lie far from the others.
-const FAR: f64 = 10.0;
-
-/// What is to be framed of points of which a few lie far from all others, and how many these are: about the box that holds
-/// the rest, on each side as much again. `None` where none does.
-fn frame_of(places: &[DVec3]) -> Option<([DVec3; 2], usize)> {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "fewer than there are"
-    )]
-    let few = (places.len() as f64 * FAR_OF_HUNDRED / 100.0).ceil() as usize;
-    let last = places.len().checked_sub(1)?;
-    // Of a handful none is a stray one.
-    if LEAST_TO_STRAY > places.len() {
-        return None;
-    }
-    let ends = [0, 1, 2].map(|axis| {
-        let mut along: Vec<f64> = places.iter().map(|at| at[axis]).collect();
-        let mut at = |place: usize| *along.select_nth_unstable_by(place, f64::total_cmp).1;
-        [0, few, last - few, last].map(&mut at)
-    });
-    let [least, low, high, most] = [0, 1, 2, 3].map(|end| DVec3::from(ends.map(|of| of[end])));
-    let rest = high - low;
-    let beside = rest * ((FRAME - 1.0) / 2.0);
-    let frame = [low - beside, high + beside];
-    let extent = |low: DVec3, high: DVec3| (high - low).max_element();
-    let is_far = rest.max_element() > 0.0 && extent(least, most) > FAR * extent(frame[0], frame[1]);
-    let beyond = || places.iter().filter(|at| at.clamp(frame[0], frame[1]) != **at).count();
-    is_far.then(|| (frame, beyond()))
-}
-
 /// The bodies, about the places that the drawn field has values at, with these and the numbers of other fields there, of
 /// several at one place their means; and what is told of them. `None` where no place is finite.
 pub(super) fn mesh(
@@ -159,11 +122,12 @@ pub(super) fn mesh(
     let needed = BYTES * (ball.faces.len() * there.len()) as u64;
     require("the points as small bodies", needed, memory::free_bytes())?;
     let all: Vec<DVec3> = there.iter().flatten().map(|i| places[*i]).collect();
-    let frame = frame_of(&all);
+    let frame = without_strays(&all);
     let far = frame.map(|(_, beyond)| {
-        let lie = if beyond == 1 { "lies" } else { "lie" };
+        let (lie, they) = if beyond == 1 { ("lies", "it is") } else { ("lie", "they are") };
         format!(
-            "{beyond} of {} points {lie} far from the others, which the first view frames; zoom out to see all",
+            "{beyond} of {} points {lie} far from the others, which the first view frames; zoom out to see all. As ellipsoids \
+             {they} left out",
             all.len()
         )
     });
@@ -184,7 +148,7 @@ pub(super) fn mesh(
     let [low, high] = frame.map_or(whole, |(frame, _)| frame);
     let extent = (high - low).max_element();
     // One alone has nothing to be small beside.
-    let body = if frame.is_some() { extent / FRAME } else { extent };
+    let body = if frame.is_some() { extent / TIMES_FRAMED } else { extent };
     let widest = if body > 0.0 { WIDEST * body } else { f64::INFINITY };
     let radius = (if times == 0 { OCTAHEDRON } else { BALL } * spacing).min(widest);
     let small = (spacing * THINNER_THAN_A_PIXEL < extent).then(|| {
@@ -237,10 +201,6 @@ pub(super) fn mesh(
 mod tests {
     use super::*;
 
-    fn cube() -> Vec<DVec3> {
-        (0..1000).map(|i| DVec3::from([i % 10, i / 10 % 10, i / 100].map(f64::from))).collect()
-    }
-
     #[test]
     fn balls_are_as_round_as_their_number_allows() {
         for (count, times) in
@@ -269,24 +229,5 @@ mod tests {
         assert_eq!(mean([1.0, f64::NAN, 5.0].into_iter()), 3.0);
         assert!(mean([f64::NAN].into_iter()).is_nan());
         assert_eq!(mean([f64::MAX, f64::MAX].into_iter()), f64::MAX);
-    }
-
-    #[test]
-    fn what_lies_far_from_the_rest_is_counted_and_not_framed() {
-        assert_eq!(frame_of(&cube()), None);
-        let far = [DVec3::X * 1e5, DVec3::Y * -1e5, DVec3::new(1e4, 1e4, 0.0)];
-        let with = |far: &[DVec3]| [cube(), far.to_vec()].concat();
-        let (frame, beyond) = frame_of(&with(&far)).expect("three lie far away");
-        assert_eq!((frame, beyond), ([DVec3::splat(-9.0), DVec3::splat(18.0)], 3));
-        // Three of twelve are no stray ones, and what is within ten frames is seen all the same.
-        assert_eq!(frame_of(&with(&[DVec3::X * 200.0])), None);
-        assert!(frame_of(&with(&[DVec3::X * 400.0])).is_some());
-        assert_eq!(frame_of(&[&cube()[..9], &far].concat()), None);
-        assert_eq!(frame_of(&[]), None);
-        assert_eq!(frame_of(&far[..1]), None);
-        assert_eq!(frame_of(&[&cube()[..18], &far[..1]].concat()), None, "a handful");
-        assert!(frame_of(&[&cube()[..30], &far[..1]].concat()).is_some());
-        // Most at one place leave nothing to frame.
-        assert_eq!(frame_of(&[&[DVec3::ONE; 50], &far[..1]].concat()), None);
     }
 }

@@ -12,6 +12,7 @@ use glam::DVec3;
 use super::shape::Shape;
 use super::{
     Association, Field, Grid, Lattice, Samples, ScalarType, Scattered, Statistics, VolumeError,
+    without_strays,
 };
 use crate::cells::{CellField, Cells, Kind, On, Solid};
 use crate::core::memory;
@@ -205,11 +206,21 @@ impl Grid {
             return Ok(Spaced { scattered: Some(scattered), statistics, ..lattice });
         }
         let ellipsoids = scattered.ellipsoids(ticket)?;
-        let lattice = lattice_in(ellipsoids.bounds(), scattered.count());
+        let there: Vec<DVec3> = places.iter().copied().filter(|at| at.is_finite()).collect();
+        // Between strays and the rest the lattice would have no sample of the rest.
+        let own_bounds = bounds_of(there.iter());
+        let [low, high] = ellipsoids.bounds();
+        let (bounds, own_bounds) = match without_strays(&there) {
+            Some(([from, to], _)) => {
+                let within = |at: DVec3| at.clamp(from, to);
+                ([low, high].map(within), own_bounds.map(within))
+            }
+            None => ([low, high], own_bounds),
+        };
+        let lattice = lattice_in(bounds, scattered.count());
         let samples = Fill::Ellipsoids(&ellipsoids).samples(&lattice, is_wide(values), ticket)?;
-        let own_bounds = Some(bounds_of(places.iter().filter(|at| at.is_finite())));
         let plain = Spaced::plain(lattice, Arc::new(samples));
-        Ok(Spaced { scattered: Some(scattered), statistics, own_bounds, ..plain })
+        Ok(Spaced { scattered: Some(scattered), statistics, own_bounds: Some(own_bounds), ..plain })
     }
 
     /// The lattice that functions which are fitted to a field are sampled on: of unstructured cells and points one of cubes
@@ -303,14 +314,18 @@ impl Grid {
 }
 
 /// Samples of a lattice, each with the value of a place about it, and the rest without any: points without a look at their
-/// neighbours. The least and the greatest value are among them. The lattice goes on so far beyond them.
+/// neighbours. The least and the greatest value are among them. The lattice goes on so far beyond them. Strays have no sample.
 fn dotted(
     places: &[DVec3],
     values: &[f64],
     (name, beyond): (&str, f64),
 ) -> Result<Spaced, VolumeError> {
     let is_there = |at: &usize| values[*at].is_finite() && places[*at].is_finite();
-    let there: Vec<usize> = (0..values.len().min(places.len())).filter(is_there).collect();
+    let mut there: Vec<usize> = (0..values.len().min(places.len())).filter(is_there).collect();
+    let all: Vec<DVec3> = there.iter().map(|at| places[*at]).collect();
+    if let Some(([low, high], _)) = without_strays(&all) {
+        there.retain(|at| places[*at].clamp(low, high) == places[*at]);
+    }
     let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
     let ends = [there.iter().copied().min_by(by_value), there.iter().copied().max_by(by_value)];
     let [Some(least), Some(most)] = ends else {

@@ -223,6 +223,27 @@ fn points_are_filled_from_the_ellipsoids_about_them_and_nothing_lies_beside_them
     assert!(inside > 100 && outside > 100, "{inside} {outside}");
 }
 
+/// One point at a distance of a million leaves the rest a lattice of their own, few or many.
+#[test]
+fn points_far_from_all_others_have_no_sample() {
+    for side in [8, 25] {
+        let near = (0..side * side * side).map(|i| at([side; 3], i));
+        let points: Vec<DVec3> = near.chain([DVec3::X * 1e6]).collect();
+        let count = points.len();
+        let values = (0..count).map(|i| i as f64).collect();
+        let listing = Listing { points, starts: vec![0], ..Listing::default() };
+        let shape = Shape::Unstructured(Arc::new(Cells::new(listing).unwrap()));
+        let grid = grid([count, 1, 1], shape, Association::Point, values);
+        let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new()).unwrap();
+        let extent = volume.lattice.world_from_index(volume.lattice.dims.map(|n| n as f64).into());
+        assert!(extent.max_element() < 4.0 * side as f64, "{extent}");
+        let there = (0..volume.samples.len()).filter(|i| volume.samples.get(*i).is_finite());
+        assert!(there.count() * 2 > side * side * side, "{side}");
+        // Its value counts all the same.
+        assert_eq!(volume.statistics.max, count as f64 - 1.0);
+    }
+}
+
 #[test]
 fn cells_of_curvilinear_grids_are_drawn_themselves_and_so_is_what_leans() {
     let dims = [3, 3, 3];
