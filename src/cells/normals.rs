@@ -10,6 +10,8 @@ use crate::core::{Cancelled, Looks, Ticket, mapped};
 const SOFT_DEGREES: f64 = 30.0;
 /// Faces about a point of which each is compared with all: beyond, they are flat there.
 const MOST_ABOUT: usize = 256;
+/// Growth over an edge, as a share of the values, that rounding may leave of none.
+const ROUNDING: f64 = 1e-12;
 /// Faces, or pairs of them, between two looks at the ticket.
 const A_PART: usize = 1 << 13;
 /// And points or solids.
@@ -135,7 +137,10 @@ impl ShadingNormals {
         };
         let strength = growths.iter().map(|growth| growth.length()).filter(|l| l.is_finite());
         let strength = strength.fold(0.0, f64::max);
-        let strength = if strength > 0.0 { strength } else { 1.0 };
+        // What rounding leaves of a constant is none.
+        let [low, high] = field.range().unwrap_or_default();
+        let least = ROUNDING * low.abs().max(high.abs()) / cells.median_edge();
+        let strength = if strength > least { strength } else { 1.0 };
         let areas = mapped(outer.len(), A_PART, |i| cells.area(&outer[i]), ticket)?;
         let about = faces_about(outer, growths.len(), ticket)?;
         let on_border = |outwards: DVec3| ShadingNormal {

@@ -9,7 +9,7 @@ use fearless_simd::{Simd, prelude::*};
 
 use super::functions::{Functions, basis_of, covered, mean};
 use super::landed::{Entry, Landed};
-use super::lanes::{Lanes, Mask, all, any, choose, exponential, logarithm};
+use super::lanes::{LANES, Lanes, Mask, all, any, choose, exponential, logarithm};
 use super::own::{Found, no_border, widen_border};
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
@@ -201,7 +201,8 @@ impl<'a, S: Simd> Sums<'a, S> {
         let from = function.widths(function.offset(packet.at(all(simd, begin))));
         let direction = function.widths(packet.direction);
         let a = direction.dot(direction);
-        let t = -(direction.dot(from)) / a;
+        let inverse = all(simd, 1.0) / a;
+        let t = -(direction.dot(from)) * inverse;
         let nearest = from.at(direction, t);
         let near = nearest.dot(nearest);
         let reach = all(simd, function.reach);
@@ -209,7 +210,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         if !any(is_met) {
             return None;
         }
-        let half = ((reach - near).max(all(simd, 0.0)) / a).sqrt() * (1.0 / self.window.step);
+        let half = ((reach - near).max(all(simd, 0.0)) * inverse).sqrt() * (1.0 / self.window.step);
         // What a ray does not meet reaches nowhere.
         let half = choose(is_met, half, all(simd, -1.0));
         let middle = (t + begin) * (1.0 / self.window.step);
@@ -417,6 +418,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         }
     }
 
+    /// Adds what a Gaussian has at faces from `low` to `high`, by products from a face in its middle to both sides.
     #[inline(always)]
     fn add_gaussian<const MEAN: bool>(
         &mut self,
@@ -424,42 +426,63 @@ impl<'a, S: Simd> Sums<'a, S> {
         (middle, along): (Lanes<S>, &Along<S>),
         [low, high]: [usize; 2],
     ) {
-        let zero = all(simd, 0.0);
+        let (zero, half) = (all(simd, 0.0), all(simd, 0.5));
         let is_met = along.half.simd_ge(zero);
-        let far = all(simd, 1e9);
-        let least = choose(is_met, middle, far).reduce_min();
-        let most = choose(is_met, middle, -far).reduce_max();
-        let begin = (0.5 * (least + most)).round().clamp(low as f32, high as f32);
+        // About the middle of the first ray that meets it: those of the others lie near, or products go too far down a flank.
+        let first = is_met.to_bitmask().trailing_zeros() as usize % LANES;
+        let begin = middle[first].round().clamp(low as f32, high as f32);
         let off = all(simd, begin) - middle;
-        let flank = choose(is_met, off * off * along.a, zero) * 0.5;
-        if flank.reduce_max() > STEEPEST {
+        let slope = off * along.a;
+        let flank = choose(is_met, off * slope, zero);
+        if any(flank.simd_gt(all(simd, 2.0 * STEEPEST))) {
             // Rays that meet it at far-away depths.
             return self.add_each::<MEAN>(simd, (middle, along), [low, high]);
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
         let begin = begin as usize;
-        let square = (off * off).mul_add(along.a, along.near);
-        let start = exponential(simd, choose(is_met, square * -0.5, zero));
+        let square = off.mul_add(slope, along.near);
+        let mut start = exponential(simd, square * -0.5);
+        if !MEAN {
+            start *= along.weight;
+        }
         let shrinking = exponential(simd, -along.a);
-        let slope = choose(is_met, off * along.a, zero);
-        let (mut value, mut ratio) = (start, exponential(simd, -(slope + along.a * 0.5)));
-        let mut place = off;
+        // What rays that do not meet it have is left out, whatever it is.
+        let up = exponential(simd, along.a.mul_add(-half, -slope));
+        let (mut value, mut ratio, mut place) = (start, up, off);
         for i in begin..=high {
             let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (value, within), along);
+            self.add_weighed::<MEAN>(simd, i, (value, within), along);
             value *= ratio;
             ratio *= shrinking;
-            place += all(simd, 1.0);
+            place += 1.0;
         }
-        let mut ratio = exponential(simd, slope - along.a * 0.5);
-        let mut value = start * ratio;
-        let mut place = off - 1.0;
+        if low == begin {
+            return;
+        }
+        let mut ratio = exponential(simd, along.a.mul_add(-half, slope));
+        let (mut value, mut place) = (start * ratio, off - 1.0);
         for i in (low..begin).rev() {
             ratio *= shrinking;
             let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (value, within), along);
+            self.add_weighed::<MEAN>(simd, i, (value, within), along);
             value *= ratio;
-            place -= all(simd, 1.0);
+            place -= 1.0;
+        }
+    }
+
+    /// The same as [`Self::add`], of a value that its weight is in where it is of no mean.
+    #[inline(always)]
+    fn add_weighed<const MEAN: bool>(
+        &mut self,
+        simd: S,
+        i: usize,
+        (value, within): (Lanes<S>, Mask<S>),
+        along: &Along<S>,
+    ) {
+        if MEAN {
+            self.add::<true>(simd, i, (value, within), along);
+        } else {
+            self.values[i] += choose(within, value, all(simd, 0.0));
         }
     }
 

@@ -311,8 +311,7 @@ pub fn in_perspective(scene: &Scene, camera: Camera) -> Camera {
     let of_surfaces = ends_of_surfaces(scene, along, |mesh| scene.may_reach(mesh.bounds()));
     let nearest = of_field.into_iter().chain(of_surfaces.map(|ends| ends[2][0]));
     let nearest = nearest.fold(focal, f64::min);
-    let whole = framing_camera(&lattice, camera.direction, camera.up).parallel_scale;
-    let whole = whole + lattice.centre().distance(camera.focal_point);
+    let whole = lattice.bounding_radius() + lattice.centre().distance(camera.focal_point);
     let wide = camera.parallel_scale + (focal - nearest) * (view_angle / 2.0).tan();
     let sphere = whole.max(camera.parallel_scale) / (view_angle / 2.0).cos();
     let parallel_scale = if of_surfaces.is_none() { wide.min(sphere) } else { wide };
