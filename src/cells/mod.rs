@@ -46,6 +46,9 @@ impl CellsError {
     /// Advice where a type of cell is valid, but not read here.
     const SPLIT: &str =
         "split such cells into tetrahedra first (ParaView's Tetrahedralize), or leave them out";
+    /// The same of polygons.
+    const SPLIT_FLAT: &str =
+        "split such cells into triangles first (ParaView's Tetrahedralize), or leave them out";
 }
 
 /// Cells as a file lists them.

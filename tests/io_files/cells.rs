@@ -569,6 +569,19 @@ fn types_that_are_not_read_are_not_the_files_fault() {
     says("a.vtu", vtu(74, CORNERS, "0 1 2 3"), &["VTK's type 74 at cell 0", "Tetrahedralize"]);
     let cut = TETRAHEDRON.replace("CELLS 1 5\n4 0 1 2 3", "CELLS 1 4\n3 0 1 2");
     says("a.vtk", cut, &["4 corners of cell 0", "copy it again"]);
+    for kind in [76, 77] {
+        let words = [&format!("VTK's type {kind}, Bézier's, at cell 0"), "split such cells"];
+        says("a.vtu", vtu(kind, CORNERS, "0 1 2 3"), &words.map(|word| word as &str));
+    }
+}
+
+#[test]
+fn lagrange_polygons_are_a_surface() {
+    let square = made("a.vtu", vtu(70, "0 0 0 1 0 0 1 1 0 0 1 0", "0 1 2 3"));
+    let cells = cells_of(&square);
+    assert!(cells.is_surface() && square.warnings.is_empty(), "{:?}", square.warnings);
+    let told = describe(&square, &Ticket::new()).expect("not cancelled").to_string();
+    assert!(told.contains("1 Lagrange quadrilateral"), "{told}");
 }
 
 #[test]

@@ -245,6 +245,8 @@ fn curved_edges(kind: u8, points: usize) -> (&'static [[usize; 2]], usize, usize
     let order_of = |all: fn(usize) -> usize| (2..=10).find(|order| all(*order) == points);
     let on_each = |all: fn(usize) -> usize| order_of(all).map_or(0, |order| order - 1);
     match kind {
+        69 => (&TETRAHEDRON[..3], 3, on_each(|n| (n + 1) * (n + 2) / 2)),
+        70 => (&HEXAHEDRON[..4], 4, on_each(|n| (n + 1).pow(2))),
         24 => (&TETRAHEDRON, 4, 1),
         25 | 29 => (&HEXAHEDRON, 8, 1),
         26 | 32 => (&WEDGE, 6, 1),
