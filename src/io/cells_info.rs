@@ -10,7 +10,7 @@ use crate::cells::{Cells, Finder};
 use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 
-/// The cells of an unstructured grid.
+/// The cells of an unstructured or curvilinear grid.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CellsInfo {
     /// How many cells, those without volume among them.

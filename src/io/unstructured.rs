@@ -690,7 +690,8 @@ pub(super) fn add_block(listing: &mut Listing, dims: [usize; 3]) {
     }
 }
 
-fn no_cells(error: CellsError) -> Problem {
+/// What is said of cells that cannot be.
+pub(super) fn no_cells(error: CellsError) -> Problem {
     header(error.expected, error.found, error.advice)
 }
 

@@ -973,6 +973,8 @@ fn curvilinear_grids_are_without_the_cells_at_points_that_lie_nowhere() {
     for (name, text) in texts(&[]) {
         let whole = made(name, text);
         assert!(matches!(whole.grid.shape, Shape::Curvilinear(_)), "{name}");
+        let told = told(&whole);
+        assert!(told.contains("points     12\ncells      2 hexahedra\nvolume     2\n"), "{told}");
     }
     // A corner of the first of two cells.
     for (name, text) in texts(&[3]) {
@@ -989,6 +991,39 @@ fn curvilinear_grids_are_without_the_cells_at_points_that_lie_nowhere() {
     for (name, text) in texts(&(0..12).collect::<Vec<usize>>()) {
         says(name, text, &["at least one point at a finite place", "12 points"]);
     }
+}
+
+/// What `info` says in text.
+fn told(opened: &Opened) -> String {
+    describe(opened, &Ticket::new()).expect("not cancelled").to_string()
+}
+
+#[test]
+fn cells_of_curvilinear_grids_are_told_as_those_of_others_are() {
+    let grid = |dims: &str, places: &str| {
+        let count = places.split_whitespace().count() / 3;
+        let text = format!(
+            "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS {dims}\nPOINTS {count} double\n\
+             {places}\nPOINT_DATA {count}\nSCALARS heat double 1\nLOOKUP_TABLE default\n{}\n",
+            "1 ".repeat(count)
+        );
+        made("a.vtk", text)
+    };
+    let layer = |z: f64| format!("0 0 {z} 1 0 {z} 0 1 {z} 1 1 {z} ");
+    // Up by 1, nowhere, and down by 3, into the first one.
+    let layers = [0.0, 1.0, 1.0, -2.0].map(layer).concat();
+    let bent = grid("2 2 4", &layers);
+    let json = serde_json::to_value(describe(&bent, &Ticket::new()).unwrap()).unwrap();
+    for (name, expected) in
+        [("points", 16), ("cells", 3), ("flat_cells", 1), ("inverted_cells", 1), ("split_cells", 0)]
+    {
+        assert_eq!(json[name], expected, "{name}: {json}");
+    }
+    assert_eq!(json["cell_kinds"], serde_json::json!({ "hexahedra": 3 }));
+    let text = told(&bent);
+    assert!(text.contains("1 without volume") && text.contains("1 inverted"), "{text}");
+    let flat = told(&grid("2 2 1", &layer(0.0)));
+    assert!(flat.contains("points     4\ncells      1 quadrilateral\n"), "{flat}");
 }
 
 #[test]
