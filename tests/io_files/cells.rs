@@ -658,6 +658,28 @@ fn tables_take_places_by_name_and_keep_other_columns() {
 }
 
 #[test]
+fn a_table_that_ends_within_a_line_says_which() {
+    let within = |line: usize, found: usize| {
+        [format!("on line {line}, found that the file ends within that line, behind {found};")]
+    };
+    for (text, line, found) in [
+        ("0 0 0 1\n1 0 0 2\n0 1 0 3\n1 1 0", 4, 3),
+        ("0 0 0 1\n1 0", 2, 2),
+        ("# x y z t\n0 0 0 1\n1 0 0 2\n1", 4, 1),
+    ] {
+        let words = within(line, found);
+        says("a.xyz", text, &["expected 4 columns", &words[0], "cut short"]);
+        // Where the line has its end, it was written so.
+        says("a.xyz", format!("{text}\n"), &["as on those before it", "correct the line"]);
+    }
+    let words = within(5, 3);
+    let water = "3\nwater\nO 0 0 0\nH 1 0 0\nH 0 1";
+    says("a.xyz", water, &["an element and three numbers", &words[0], "cut short"]);
+    says("a.xyz", format!("{water}\n"), &["on line 5", "correct the line"]);
+    made("a.xyz", "0 0 0 1\n1 0 0 2");
+}
+
+#[test]
 fn molecules_are_points_with_their_elements() {
     let water =
         made("a.xyz", "3\n# water\nO 0.0 0.0 0.117\nH 0.0 0.757 -0.469\nH 0.0 -0.757 -0.469\n");
@@ -1024,6 +1046,23 @@ fn cells_of_curvilinear_grids_are_told_as_those_of_others_are() {
     assert!(text.contains("1 without volume") && text.contains("1 inverted"), "{text}");
     let flat = told(&grid("2 2 1", &layer(0.0)));
     assert!(flat.contains("points     4\ncells      1 quadrilateral\n"), "{flat}");
+}
+
+#[test]
+fn lengths_of_arrays_are_said_to_follow_from_the_counts_of_pieces() {
+    // The length of 3 numbers of 32 bits, and these, where there are 4 points.
+    let three = "DAAAAAAAAAAAAAAAAAAAAA==";
+    let ascii = "format=\"ascii\">1 2 3 4<";
+    let text = std::fs::read_to_string(data("poly.vtu")).unwrap();
+    assert!(text.contains(ascii));
+    let short = text.replacen(ascii, &format!("format=\"binary\">{three}<"), 1);
+    let error = refused("a.vtu", short);
+    assert!(error.contains("expected 16 bytes of an array for the points and cells"), "{error}");
+    assert!(
+        error.contains("found that the array has 12; correct the numbers of points"),
+        "{error}"
+    );
+    assert!(!error.contains("extent"), "{error}");
 }
 
 #[test]

@@ -113,6 +113,17 @@ pub(super) fn nowhere(listing: &Listing) -> Option<String> {
     })
 }
 
+/// Whether there are cells, and each has a corner that lies nowhere.
+pub(super) fn lie_nowhere(listing: &Listing) -> bool {
+    let lies_nowhere = |cell: &[usize]| {
+        let own = listing.corners.get(cell[0]..cell[1]).unwrap_or_default();
+        own.iter().any(|corner| {
+            listing.points.get(*corner as usize).is_some_and(|point| !point.is_finite())
+        })
+    };
+    !listing.types.is_empty() && listing.starts.windows(2).all(lies_nowhere)
+}
+
 /// Of pictures that frame them, things that are so many times longer than wide are thinner than a pixel.
 pub(in super::super) const THINNER_THAN_A_PIXEL: f64 = 2000.0;
 
