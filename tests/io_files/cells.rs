@@ -905,6 +905,68 @@ fn cells_that_cannot_be_are_refused_in_a_sentence() {
 }
 
 #[test]
+fn an_unstructured_grid_that_ends_before_its_cells_is_cut_short() {
+    let (points, _) = TETRAHEDRON.split_once("CELLS").unwrap();
+    says("a.vtk", points, &["expected CELLS", "found that the file ends", "POLYDATA"]);
+    let alone = made("a.vtk", points.replace("UNSTRUCTURED_GRID", "POLYDATA"));
+    assert_eq!(cells_of(&alone).own_points(), 4, "the advice works");
+    // What says that it has none, or has more behind, is whole.
+    made("a.vtk", format!("{points}CELLS 0 0\nCELL_TYPES 0\n"));
+    let data = "POINT_DATA 4\nSCALARS t float 1\nLOOKUP_TABLE default\n1 2 3 4\n";
+    let said = made("a.vtk", format!("{points}{data}")).warnings.join("; ");
+    assert!(said.contains("the file has no cells: its points are drawn by themselves"), "{said}");
+}
+
+#[test]
+fn exodus_without_elements_says_that_its_nodes_are_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let places = |axis: [u8; 4]| Values::Float(axis.map(f32::from).to_vec());
+    let axes = [
+        plain("coordx", &[0], places([0, 1, 0, 1])),
+        plain("coordy", &[0], places([0, 0, 1, 1])),
+        plain("coordz", &[0], places([0, 0, 0, 2])),
+    ];
+    let said = |dims: &[(&str, usize)]| {
+        let found = opened(&netcdf(folder.path(), 1, dims, &axes));
+        assert_eq!(found.format, Format::Exodus);
+        let cells = cells_of(&found);
+        assert_eq!(cells.points()[3].to_array(), [1.0, 1.0, 2.0]);
+        assert_eq!((cells.own_points(), cells.own_cells()), (4, 0));
+        found.warnings.join("; ")
+    };
+    let none = "no block of elements was found: its nodes are shown as points";
+    for dims in [&[("num_nodes", 4), ("num_dim", 3)][..], &[("num_nodes", 4)]] {
+        let said = said(dims);
+        assert!(said.contains(none) && !said.contains("no cells"), "{said}");
+    }
+    let said = said(&[("num_nodes", 4), ("num_dim", 3), ("num_elem", 5), ("num_el_blk", 1)]);
+    assert!(said.contains("found, though the file promises 5 elements: its nodes"), "{said}");
+}
+
+#[test]
+fn exodus_has_its_numbers_in_the_types_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let dims =
+        [("num_dim", 3), ("num_nodes", 4), ("time_step", 1), ("num_nod_var", 2), ("len_name", 4)];
+    let zeros = || Values::Float(vec![0.0, 1.0, 0.0, 1.0]);
+    let variables = [
+        plain("coordx", &[1], zeros()),
+        plain("coordy", &[1], zeros()),
+        plain("coordz", &[1], zeros()),
+        plain("name_nod_var", &[3, 4], Values::Text("a\0\0\0b\0\0\0")),
+        plain("vals_nod_var1", &[2, 1], Values::Float(vec![1.0, 2.0, 3.0, 0.1])),
+        plain("vals_nod_var2", &[2, 1], Values::Double(vec![1.0, 2.0, 3.0, 0.1])),
+    ];
+    let found = opened(&netcdf(folder.path(), 1, &dims, &variables));
+    let told = describe(&found, &Ticket::new()).unwrap();
+    let types: Vec<(&str, &str)> =
+        told.fields.iter().map(|field| (&*field.name, &*field.scalar_type)).collect();
+    assert_eq!(types, [("a", "float32"), ("b", "float64")]);
+    let text = told.to_string();
+    assert!(text.contains("a: 1 × float32") && text.contains("b: 1 × float64"), "{text}");
+}
+
+#[test]
 fn offsets_and_connectivity_that_disagree_are_refused() {
     let text = std::fs::read_to_string(data("poly.vtu")).unwrap();
     let with = |from: &str, to: &str| text.replacen(from, to, 1);
