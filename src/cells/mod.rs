@@ -296,12 +296,16 @@ impl Cells {
         sums.into_iter().map(mean).collect()
     }
 
-    /// Triangles of the file's polygons, and of the solids' outer faces, each with the file's cell that it is of.
+    /// Triangles of the file's polygons, and of the solids' outer faces, each with the file's cell that it is of. Where no solid has
+    /// an outer face, since its faces lie on each other, of all faces that have an area.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub fn triangles(&self, ticket: &Ticket) -> Result<Vec<([u32; 3], u32)>, Cancelled> {
-        let faces = self.surface(|_| true, ticket)?.faces;
+        let mut faces = self.surface(|_| true, ticket)?.faces;
+        if faces.is_empty() {
+            faces = self.faces_of_flat(ticket)?;
+        }
         let outer = faces.iter().flat_map(|face| {
             let source = self.sources[face.solid as usize];
             face.triangles().map(move |triangle| (triangle, source))

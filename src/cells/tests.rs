@@ -788,3 +788,33 @@ fn polygons_of_higher_orders_are_triangles_between_all_of_their_points() {
         assert!(error.advice.contains("into triangles"), "{error}");
     }
 }
+
+#[test]
+fn solids_without_volume_are_seen_by_their_faces() {
+    let hexahedra = |points: Vec<DVec3>, corners: Vec<u32>| {
+        let count = corners.len() / 8;
+        let starts = (0..=count).map(|cell| 8 * cell).collect();
+        let types = vec![split::HEXAHEDRON; count];
+        Cells::new(Listing { points, types, starts, corners, ..Listing::default() }).unwrap()
+    };
+    // Two squares side by side, as hexahedra whose upper points lie at their lower ones.
+    let layer = || (0..6).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0));
+    let corners = [[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]].concat();
+    let flat = hexahedra(layer().chain(layer()).collect(), corners);
+    assert_eq!(flat.census().flat, 2);
+    let found = flat.triangles(&Ticket::new()).unwrap();
+    let sources: Vec<u32> = found.iter().map(|(_, source)| *source).collect();
+    assert_eq!(sources, [0, 0, 1, 1], "each square once, by the cell that it is of");
+    let area = |(triangle, _): &([u32; 3], u32)| {
+        let [a, b, c] = triangle.map(|point| flat.points()[point as usize]);
+        (b - a).cross(c - a).length() / 2.0
+    };
+    assert_eq!(found.iter().map(area).sum::<f64>(), 2.0);
+    // On a line there is nothing.
+    let line = (0..8).map(|i| DVec3::X * f64::from([0, 1, 1, 0, 0, 1, 1, 0][i])).collect();
+    let line = hexahedra(line, (0..8).collect());
+    assert_eq!(line.triangles(&Ticket::new()).unwrap(), []);
+    // What has an outer face is as it was.
+    let cube = hexahedra(CUBE.map(DVec3::from).to_vec(), (0..8).collect());
+    assert_eq!(cube.triangles(&Ticket::new()).unwrap().len(), 12);
+}
