@@ -46,6 +46,9 @@ impl CellsError {
     /// Advice where a type of cell is valid, but not read here.
     const SPLIT: &str =
         "split such cells into tetrahedra first (ParaView's Tetrahedralize), or leave them out";
+    /// The same of polygons.
+    const SPLIT_FLAT: &str =
+        "split such cells into triangles first (ParaView's Tetrahedralize), or leave them out";
 }
 
 /// Cells as a file lists them.
@@ -166,22 +169,7 @@ impl Cells {
         let split::Split { solids, blends, added, triangles, triangle_sources, .. } = split;
         let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
         let lists = if solids.is_empty() { (starts, corners) } else { (Vec::new(), Vec::new()) };
-        let measured = |solid: &Solid| {
-            let placed = solid.placed(&points);
-            (placed.volume(), placed.is_flat())
-        };
-        let measured = parallel::list(solids.len(), |i| measured(&solids[i]));
-        // By cells of the file, whatever they were split into.
-        let mut rest = &measured[..];
-        for own in sources.chunk_by(|a, b| a == b) {
-            let (own, behind) = rest.split_at(own.len());
-            rest = behind;
-            let volume: f64 = own.iter().map(|(volume, _)| volume).sum();
-            let is_flat = own.iter().all(|(_, is_flat)| *is_flat);
-            census.flat += usize::from(is_flat);
-            census.inverted += usize::from(volume < 0.0 && !is_flat);
-        }
-        Ok(Self {
+        let cells = Self {
             points,
             own_points,
             own_cells,
@@ -195,10 +183,34 @@ impl Cells {
             median_edge: OnceLock::new(),
             bounds: OnceLock::new(),
             places: OnceLock::new(),
-        })
+        };
+        Ok(cells.measured())
     }
 
-    /// The hexahedra between the points of a curvilinear grid, x fastest; two points or more along each axis.
+    /// The same with its cells without volume and those that go round the other way counted, by cells of the file, whatever they
+    /// were split into.
+    fn measured(mut self) -> Self {
+        let measured = |solid: usize| {
+            let placed = self.placed(solid);
+            (placed.volume(), placed.is_flat())
+        };
+        let measured = parallel::list(self.solids.len(), measured);
+        let mut rest = &measured[..];
+        let [mut flat, mut inverted] = [0; 2];
+        for own in self.sources.chunk_by(|a, b| a == b) {
+            let (own, behind) = rest.split_at(own.len());
+            rest = behind;
+            let volume: f64 = own.iter().map(|(volume, _)| volume).sum();
+            let is_flat = own.iter().all(|(_, is_flat)| *is_flat);
+            flat += usize::from(is_flat);
+            inverted += usize::from(volume < 0.0 && !is_flat);
+        }
+        self.census = Census { flat, inverted, ..self.census };
+        self
+    }
+
+    /// The hexahedra between the points of a curvilinear grid, x fastest; two points or more along each axis. Those without volume and
+    /// those that go round the other way are not counted, which drawing does not ask for ([`Cells::of_grid_measured`]).
     pub fn of_grid(points: &Arc<[DVec3]>, [nx, ny, nz]: [usize; 3]) -> Self {
         let at = |x: usize, y: usize, z: usize| {
             #[expect(
@@ -228,6 +240,11 @@ impl Cells {
             bounds: OnceLock::new(),
             places: OnceLock::new(),
         }
+    }
+
+    /// [`Cells::of_grid`] with all that is counted of others.
+    pub fn of_grid_measured(points: &Arc<[DVec3]>, dims: [usize; 3]) -> Self {
+        Self::of_grid(points, dims).measured()
     }
 
     /// World positions: of the file's points, then of those that splits add.
@@ -279,12 +296,16 @@ impl Cells {
         sums.into_iter().map(mean).collect()
     }
 
-    /// Triangles of the file's polygons, and of the solids' outer faces, each with the file's cell that it is of.
+    /// Triangles of the file's polygons, and of the solids' outer faces, each with the file's cell that it is of. Where no solid has
+    /// an outer face, since its faces lie on each other, of all faces that have an area.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub fn triangles(&self, ticket: &Ticket) -> Result<Vec<([u32; 3], u32)>, Cancelled> {
-        let faces = self.surface(|_| true, ticket)?.faces;
+        let mut faces = self.surface(|_| true, ticket)?.faces;
+        if faces.is_empty() {
+            faces = self.faces_of_flat(ticket)?;
+        }
         let outer = faces.iter().flat_map(|face| {
             let source = self.sources[face.solid as usize];
             face.triangles().map(move |triangle| (triangle, source))

@@ -18,12 +18,12 @@ pub(super) const HEXAHEDRON: u8 = 12;
 
 /// Whether VTK's number is of a polygon that is drawn.
 const fn is_polygon(kind: u8) -> bool {
-    matches!(kind, 5..=9 | 22 | 23 | 28 | 34)
+    matches!(kind, 5..=9 | 22 | 23 | 28 | 30 | 34 | 36 | 69 | 70)
 }
 
 /// Whether VTK's number is of a cell that has an area and no volume.
 pub fn is_flat(kind: u8) -> bool {
-    is_polygon(kind) || matches!(kind, 30 | 36 | 61..=63 | 69 | 70 | 76 | 77)
+    is_polygon(kind) || matches!(kind, 61..=63 | 76 | 77)
 }
 
 /// Whether VTK's number is of a cell that has a volume.
@@ -98,12 +98,11 @@ impl<'a> Split<'a> {
             }),
         };
         match kind {
-            _ if is_polygon(kind) => {
-                self.polygon(kind, corners, cell);
-                Ok(false)
-            }
-            // Nothing, points, lines, and polygons of other curves.
-            _ if !has_volume(kind) => Ok(false),
+            69 | 70 => self.lagrange_polygon(kind, corners, cell),
+            30 => of(6).map(|()| self.polygon(kind, corners, cell)),
+            _ if is_polygon(kind) => Ok(self.polygon(kind, corners, cell)),
+            // Nothing, points and lines.
+            _ if !has_extent(kind) => Ok(false),
             10 => of(4).map(|()| self.one(Kind::Tetrahedron, corners)),
             11 => of(8).map(|()| {
                 let [a, b, c, d, e, f, g, h] = [0, 1, 3, 2, 4, 5, 7, 6].map(|i: usize| corners[i]);
@@ -143,9 +142,12 @@ impl<'a> Split<'a> {
                 Ok(self.lagrange_wedge(corners, order))
             }
             _ => Err(CellsError {
-                expected: "cells of linear, quadratic or polyhedral types, or Lagrange's tetrahedra, wedges and hexahedra".into(),
-                found: format!("VTK's type {kind} at cell {cell}"),
-                advice: CellsError::SPLIT,
+                expected: "cells of linear, quadratic or polyhedral types, or Lagrange's triangles, quadrilaterals, tetrahedra, wedges and hexahedra".into(),
+                found: match kind {
+                    76..=81 => format!("VTK's type {kind}, Bézier's, at cell {cell}"),
+                    _ => format!("VTK's type {kind} at cell {cell}"),
+                },
+                advice: if is_flat(kind) { CellsError::SPLIT_FLAT } else { CellsError::SPLIT },
             }),
         }
     }
@@ -155,8 +157,8 @@ impl<'a> Split<'a> {
         false
     }
 
-    /// A polygon's triangles: of strips one after another, of quadratic ones at the middles of their edges, too.
-    fn polygon(&mut self, kind: u8, c: &[u32], cell: usize) {
+    /// A polygon's triangles: of strips one after another, of quadratic ones at the middles of their edges, too. No solids.
+    fn polygon(&mut self, kind: u8, c: &[u32], cell: usize) -> bool {
         let within = |ring: &[u32]| -> Vec<[u32; 3]> {
             let places: Vec<DVec3> = ring.iter().map(|corner| self.place(*corner)).collect();
             triangles_of(&places).into_iter().map(|t| t.map(|i| ring[i])).collect()
@@ -178,11 +180,51 @@ impl<'a> Split<'a> {
             (23 | 28, [a, b, c, d, ab, bc, cd, da, ..]) => {
                 within(&[*a, *ab, *b, *bc, *c, *cd, *d, *da])
             }
+            (30, [a, b, c, d, ab, cd]) => within(&[*a, *ab, *b, *c, *cd, *d]),
+            // All corners, then the middles of all edges.
+            (36, _) => {
+                let (corners, middles) = c.split_at(c.len() / 2);
+                let ring = corners.iter().zip(middles).flat_map(|(a, b)| [*a, *b]);
+                within(&ring.collect::<Vec<_>>())
+            }
             _ => within(c),
         };
+        self.add_triangles(found, cell);
+        false
+    }
+
+    /// Triangles of a cell of the file.
+    fn add_triangles(&mut self, found: impl IntoIterator<Item = [u32; 3]>, cell: usize) {
         self.triangles.extend(found);
         #[expect(clippy::cast_possible_truncation, reason = "files have fewer cells than 2^32")]
         self.triangle_sources.resize(self.triangles.len(), cell as u32);
+    }
+
+    /// Triangles between all points of Lagrange's triangles and quadrilaterals; whether there are several of the latter, or
+    /// of the squares that these have.
+    fn lagrange_polygon(
+        &mut self,
+        kind: u8,
+        corners: &[u32],
+        cell: usize,
+    ) -> Result<bool, CellsError> {
+        if kind == 69 {
+            // With one in its middle, that of the second order has seven.
+            if corners.len() == 7 {
+                self.polygon(34, corners, cell);
+                return Ok(true);
+            }
+            let order = order_of(corners.len(), cell, kind, |n| (n + 1) * (n + 2) / 2)?;
+            let parts = lagrange::triangles(order).into_iter();
+            self.add_triangles(parts.map(|part| part.map(|point| corners[point])), cell);
+            return Ok(order > 1);
+        }
+        let order = order_of(corners.len(), cell, kind, |n| (n + 1).pow(2))?;
+        let at = |i, j| corners[lagrange::of_quadrilateral([i, j], order)];
+        for (i, j) in (0..order).flat_map(|j| (0..order).map(move |i| (i, j))) {
+            self.polygon(9, &[at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], cell);
+        }
+        Ok(order > 1)
     }
 
     /// Where a point is, of the file's or of those that were added.

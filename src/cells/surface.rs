@@ -1,5 +1,6 @@
 //! The outer faces of cells.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use rayon::slice::ParallelSliceMut;
@@ -140,6 +141,31 @@ impl Cells {
             Face { corners: ring.unwrap_or_default(), solid, number: number as u8 }
         };
         Ok(Surface { faces: mapped(outer.len(), A_RUN, face, ticket)?, twins })
+    }
+
+    /// The faces of all solids whose points lie at three places or more, those at the same places once: what there is to be seen of
+    /// solids without volume.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer faces than 2^32")]
+    pub(super) fn faces_of_flat(&self, ticket: &Ticket) -> Result<Vec<Face>, Cancelled> {
+        let places = self.places(ticket)?;
+        let place = |point: u32| places.map_or(point, |places| places[point as usize]);
+        let mut seen = HashSet::new();
+        let mut found = Vec::new();
+        for (i, solid) in self.solids().iter().enumerate() {
+            if i % A_PART == 0 {
+                ticket.look()?;
+            }
+            for (number, face) in solid.kind().faces().iter().enumerate() {
+                let Some(corners) = ring_of(face, solid, place) else { continue };
+                if seen.insert(Half::of(corners.map(place), (0, 0)).places) {
+                    found.push(Face { corners, solid: i as u32, number: number as u8 });
+                }
+            }
+        }
+        Ok(found)
     }
 
     /// Whether all solids of a face lie on one side of it.

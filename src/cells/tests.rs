@@ -742,3 +742,103 @@ fn every_place_of_tetrahedra_that_overlap_is_in_those_that_are_listed_near_it() 
     println!("measured {listed} listed of {held} that hold the places");
     assert!(listed < 20 * held, "{listed} listed, {held} hold the places");
 }
+
+/// One cell of a kind, on the points of a lattice in a plane.
+fn polygon(kind: u8, points: &[[f64; 2]]) -> Result<Cells, CellsError> {
+    #[expect(clippy::cast_possible_truncation, reason = "a few points")]
+    let count = points.len() as u32;
+    Cells::new(Listing {
+        points: points.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect(),
+        types: vec![kind],
+        starts: vec![0, count as usize],
+        corners: (0..count).collect(),
+        ..Listing::default()
+    })
+}
+
+/// Twice the areas of a cell's triangles, which all go round one way, and how many of its points they have.
+fn doubled_areas(cells: &Cells) -> (Vec<f64>, usize) {
+    let found = cells.triangles(&Ticket::new()).expect("not cancelled");
+    let area = |(triangle, _): &([u32; 3], u32)| {
+        let [a, b, c] = triangle.map(|point| cells.points()[point as usize]);
+        (b - a).cross(c - a).z
+    };
+    let mut used: Vec<u32> = found.iter().flat_map(|(triangle, _)| *triangle).collect();
+    used.sort_unstable();
+    used.dedup();
+    (found.iter().map(area).collect(), used.len())
+}
+
+#[test]
+fn polygons_of_higher_orders_are_triangles_between_all_of_their_points() {
+    // Corners, edges, then the inside (`vtkHigherOrderTriangle`, `vtkHigherOrderQuadrilateral`).
+    let triangle = [
+        [0., 0.],
+        [3., 0.],
+        [0., 3.],
+        [1., 0.],
+        [2., 0.],
+        [2., 1.],
+        [1., 2.],
+        [0., 2.],
+        [0., 1.],
+        [1., 1.],
+    ];
+    let third = polygon(69, &triangle).expect("a triangle of the third order");
+    assert!(third.is_surface() && third.census().split == 1);
+    assert_eq!(doubled_areas(&third), (vec![1.0; 9], 10));
+    let second = [[0., 0.], [2., 0.], [0., 2.], [1., 0.], [1., 1.], [0., 1.]];
+    let second = polygon(69, &second).expect("a triangle of the second order");
+    assert_eq!(doubled_areas(&second), (vec![1.0; 4], 6));
+    let square =
+        [[0., 0.], [2., 0.], [2., 2.], [0., 2.], [1., 0.], [2., 1.], [1., 2.], [0., 1.], [1., 1.]];
+    let square = polygon(70, &square).expect("a quadrilateral of the second order");
+    assert_eq!(doubled_areas(&square), (vec![1.0; 8], 9));
+    let (areas, used) =
+        doubled_areas(&polygon(70, &[[0., 0.], [1., 0.], [1., 1.], [0., 1.]]).unwrap());
+    assert_eq!((areas, used), (vec![1.0; 2], 4));
+    // Quadratic along two of four edges, and along all of three.
+    let strip = [[0., 0.], [2., 0.], [2., 1.], [0., 1.], [1., 0.], [1., 1.]];
+    let (areas, used) = doubled_areas(&polygon(30, &strip).unwrap());
+    assert_eq!((areas.iter().sum::<f64>(), used), (4.0, 6));
+    let ring = [[0., 0.], [2., 0.], [0., 2.], [1., 0.], [1., 1.], [0., 1.]];
+    let (areas, used) = doubled_areas(&polygon(36, &ring).unwrap());
+    assert_eq!((areas.iter().sum::<f64>(), used), (4.0, 6));
+    let five = polygon(70, &[[0., 0.], [1., 0.], [1., 1.], [0., 1.], [0.5, 0.5]]);
+    assert!(five.is_err_and(|error| error.to_string().ends_with("found 5")));
+    for kind in [61, 62, 63, 76, 77] {
+        let error = polygon(kind, &[[0., 0.], [1., 0.], [0., 1.]]).expect_err("not read");
+        assert!(error.found.contains(&format!("type {kind}")), "{error}");
+        assert!(error.advice.contains("into triangles"), "{error}");
+    }
+}
+
+#[test]
+fn solids_without_volume_are_seen_by_their_faces() {
+    let hexahedra = |points: Vec<DVec3>, corners: Vec<u32>| {
+        let count = corners.len() / 8;
+        let starts = (0..=count).map(|cell| 8 * cell).collect();
+        let types = vec![split::HEXAHEDRON; count];
+        Cells::new(Listing { points, types, starts, corners, ..Listing::default() }).unwrap()
+    };
+    // Two squares side by side, as hexahedra whose upper points lie at their lower ones.
+    let layer = || (0..6).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0));
+    let corners = [[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]].concat();
+    let flat = hexahedra(layer().chain(layer()).collect(), corners);
+    assert_eq!(flat.census().flat, 2);
+    let found = flat.triangles(&Ticket::new()).unwrap();
+    let sources: Vec<u32> = found.iter().map(|(_, source)| *source).collect();
+    assert_eq!(sources, [0, 0, 1, 1], "each square once, by the cell that it is of");
+    let area = |(triangle, _): &([u32; 3], u32)| {
+        let [a, b, c] = triangle.map(|point| flat.points()[point as usize]);
+        (b - a).cross(c - a).length() / 2.0
+    };
+    assert_eq!(found.iter().map(area).sum::<f64>(), 2.0);
+    // On a line there is nothing.
+    let line = (0..8).map(|i| DVec3::X * f64::from([0, 1, 1, 0, 0, 1, 1, 0][i])).collect();
+    let line = hexahedra(line, (0..8).collect());
+    assert_eq!(line.triangles(&Ticket::new()).unwrap(), []);
+    // What has an outer face is as it was.
+    let cube = hexahedra(CUBE.map(DVec3::from).to_vec(), (0..8).collect());
+    assert_eq!(cube.triangles(&Ticket::new()).unwrap().len(), 12);
+}

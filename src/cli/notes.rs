@@ -2,10 +2,11 @@
 
 use super::flags::SceneFlags;
 use super::shading::ShadingFlags;
-use crate::core::Srgb8;
+use crate::core::{Srgb8, Ticket, counted};
 use crate::kernel::Kernel;
 use crate::scene::{AlongRay, Annotation, Background, Inside, MOST_SLABS_PER_VOXEL, Scene};
 use crate::task::still::{CONVERGED, Convergence};
+use crate::volume::{Association, Component, Field, Grid, Shape, VolumeError};
 
 /// What of a scene may be why nothing is seen of it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -16,6 +17,8 @@ pub(super) struct Causes {
     has_isosurfaces: bool,
     has_slices: bool,
     has_flat_cells: bool,
+    /// Whether these have faces with an area.
+    has_flat_faces: bool,
     /// What the field is drawn as, other than voxels.
     drawn_as: Option<&'static str>,
 }
@@ -23,6 +26,12 @@ pub(super) struct Causes {
 impl Causes {
     pub(super) fn of(scene: &Scene) -> Self {
         let (shading, inside) = (&scene.shading, &scene.inside);
+        let cells = scene.volume().and_then(|volume| volume.cells.as_ref());
+        let flat = cells.map(|cells| cells.cells()).filter(|cells| {
+            // Split ones count as one.
+            let last = cells.sources().windows(2).filter(|pair| pair[0] != pair[1]).count();
+            !cells.solids().is_empty() && cells.census().flat > last
+        });
         Self {
             drawn_as: match scene.splat.kernel {
                 Kernel::Cells => Some("cells"),
@@ -35,13 +44,9 @@ impl Causes {
             is_lit: shading.lighting.is_some() && inside.along == AlongRay::Composite,
             has_isosurfaces: inside.has_isosurfaces(),
             has_slices: !inside.slices.is_empty(),
-            has_flat_cells: scene.volume().is_some_and(|volume| {
-                let cells = volume.cells.as_ref().map(|cells| cells.cells());
-                // Split ones count as one.
-                cells.is_some_and(|cells| {
-                    let last = cells.sources().windows(2).filter(|pair| pair[0] != pair[1]).count();
-                    !cells.solids().is_empty() && cells.census().flat > last
-                })
+            has_flat_cells: flat.is_some(),
+            has_flat_faces: flat.is_some_and(|cells| {
+                cells.triangles(&Ticket::new()).is_ok_and(|found| !found.is_empty())
             }),
         }
     }
@@ -83,9 +88,14 @@ impl Causes {
                     _ => "",
                 }
             ),
-            _ if self.has_flat_cells => {
+            _ if self.has_flat_faces => {
                 "nothing can be seen in the picture, as no cell has any volume; embed the file as polygons (--mesh) to \
                  see its cells"
+                    .to_owned()
+            }
+            _ if self.has_flat_cells => {
+                "nothing can be seen in the picture, as no cell has any volume or area; write its points as a table \
+                 (.csv) to see these"
                     .to_owned()
             }
             active => format!(
@@ -120,6 +130,35 @@ impl Causes {
              colour; {why}{lights}, or choose another --background"
         )
     }
+}
+
+/// How many points or cells of a mesh have no value of a field, and what becomes of these. `None` of points by themselves, which say it
+/// as bodies, and of other grids.
+///
+/// # Errors
+/// No such component, too little memory.
+pub(super) fn without_value(
+    grid: &Grid,
+    field: &Field,
+    component: Component,
+) -> Result<Option<String>, VolumeError> {
+    let is_surface = match &grid.shape {
+        Shape::Unstructured(cells) if cells.is_surface() => true,
+        Shape::Unstructured(cells) if !cells.solids().is_empty() => false,
+        Shape::Curvilinear(_) => false,
+        _ => return Ok(None),
+    };
+    let values = grid.samples_of(field, component, &Ticket::new())?;
+    let without = (0..values.len()).filter(|i| values.get(*i).is_nan()).count();
+    let [has, it, is] = if without == 1 { ["has", "it", "is"] } else { ["have", "them", "are"] };
+    let fate = match (is_surface, field.association) {
+        (true, _) => format!(": the surface has a plain colour at {it}"),
+        (false, Association::Cell) => format!(" and {is} not drawn"),
+        (false, Association::Point) => format!(": what lies about {it} is not drawn"),
+    };
+    let of = counted(values.len(), field.association.name());
+    Ok((without > 0)
+        .then(|| format!("{without} of {of} {has} no value of {:?} (NaN){fate}", field.name)))
 }
 
 /// Whether all pixels have the background's colour, to a step of their bytes.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::flags::{InputFlags, ModeFlags, SceneFlags};
-use super::{Failure, note, surface};
+use super::{Failure, note, notes, surface};
 use crate::core::{Camera, Projection, Ticket, plain_number};
 use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
@@ -154,6 +154,8 @@ fn scalar(
     let component = component.unwrap_or(Component::usual(field.components));
     let source = SampleSource::component(&input.path, &field.name, component);
     let volume = input.grid.scalar(field, component, &Ticket::new()).map_err(failed)?;
+    let holes = notes::without_value(&input.grid, field, component).map_err(failed)?;
+    holes.iter().for_each(|what| note(what));
     match reach(&volume.statistics) {
         Reach::All => {}
         Reach::Some => {

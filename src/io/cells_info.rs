@@ -10,7 +10,7 @@ use crate::cells::{Cells, Finder};
 use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 
-/// The cells of an unstructured grid.
+/// The cells of an unstructured or curvilinear grid.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CellsInfo {
     /// How many cells, those without volume among them.
@@ -99,8 +99,11 @@ fn kind_name(kind: u8) -> String {
         27 => "quadratic pyramids",
         28 => "biquadratic quadrilaterals",
         29 => "triquadratic hexahedra",
+        30 => "quadratic linear quadrilaterals",
         31 => "quadratic linear wedges",
         32 => "biquadratic quadratic wedges",
+        34 => "biquadratic triangles",
+        36 => "quadratic polygons",
         42 => "polyhedra",
         69 => "Lagrange triangles",
         70 => "Lagrange quadrilaterals",

@@ -1,13 +1,17 @@
 //! What is in an opened file, for people and for scripts.
 
 use std::fmt;
+use std::sync::Arc;
 
 use glam::DVec3;
 use serde::Serialize;
 
 use super::cells_info::CellsInfo;
-use super::error::plain;
+use super::error::{Problem, plain};
+use super::unstructured;
 use super::{Facts, Opened, Series};
+use crate::cells::{Cells, Listing};
+use crate::core::memory;
 use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::core::{Srgb8, counted, plain_number};
@@ -40,10 +44,10 @@ pub struct Info {
     /// Least and greatest x, then y, then z of the points; of `curvilinear` and `unstructured` grids alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[f64; 6]>,
-    /// How many points there are; of `unstructured` grids alone.
+    /// How many points there are; of `curvilinear` and `unstructured` grids alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<usize>,
-    /// Cells; of `unstructured` grids alone, and not where points are all that they have.
+    /// Cells; of `curvilinear` and `unstructured` grids alone, and not where points are all that these have.
     #[serde(flatten)]
     pub cells: Option<CellsInfo>,
     /// The file's name for its space, where it has one.
@@ -202,6 +206,8 @@ pub fn describe_grid(
         Shape::Unstructured(cells) => Some(cells),
         _ => None,
     };
+    let mut warnings = warnings.to_vec();
+    let cells = cells_of(grid, &mut warnings, ticket)?;
     Ok(Info {
         format: format.to_owned(),
         kind: grid.shape.name().to_owned(),
@@ -211,19 +217,51 @@ pub fn describe_grid(
         direction: is_even.then(|| lattice.direction.to_cols_array()),
         coordinates,
         bounds: bounds(&grid.shape),
-        points: unstructured.map(|cells| cells.own_points()),
-        cells: unstructured
-            .filter(|_| !grid.are_points_alone())
-            .map(|cells| CellsInfo::of(cells, ticket))
-            .transpose()?,
+        points: match &grid.shape {
+            Shape::Curvilinear(points) => Some(points.len()),
+            _ => unstructured.map(|cells| cells.own_points()),
+        },
+        cells,
         space: grid.space.clone(),
         unit: grid.unit.clone(),
         fields: fields.collect::<Result<_, _>>()?,
         labels: grid.label_names.iter().map(LabelInfo::of).collect(),
-        warnings: warnings.to_vec(),
+        warnings,
         series: Vec::new(),
         encoding: None,
     })
+}
+
+/// What is told of a grid's cells, where it has any that lie anywhere; of those that no memory holds, why not.
+fn cells_of(
+    grid: &Grid,
+    warnings: &mut Vec<String>,
+    ticket: &Ticket,
+) -> Result<Option<CellsInfo>, Cancelled> {
+    let cells = match &grid.shape {
+        Shape::Unstructured(cells) if !grid.are_points_alone() => Some(Arc::clone(cells)),
+        Shape::Curvilinear(points) => match block_of(points, grid.lattice.dims) {
+            Ok(cells) => Some(Arc::new(cells)),
+            Err(why) => {
+                warnings.push(format!("its cells are not counted: {why}"));
+                None
+            }
+        },
+        _ => None,
+    };
+    cells.map(|cells| CellsInfo::of(&cells, ticket)).transpose()
+}
+
+/// The cells between the points of a curvilinear grid.
+fn block_of(points: &Arc<[DVec3]>, dims: [usize; 3]) -> Result<Cells, Problem> {
+    let cells = dims.map(|n| n.saturating_sub(1).max(1)).iter().product::<usize>() as u64;
+    unstructured::require_memory(points.len() as u64, cells, 8 * cells, memory::free_bytes())?;
+    if dims.iter().all(|n| *n > 1) {
+        return Ok(Cells::of_grid_measured(points, dims));
+    }
+    let mut listing = Listing { points: points.to_vec(), ..Listing::default() };
+    unstructured::add_block(&mut listing, dims);
+    Cells::new(listing).map_err(unstructured::no_cells)
 }
 
 /// Least and greatest x, y, z of points that lie anywhere.

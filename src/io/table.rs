@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use self::names::{columns_of_place, names_columns, words_of_header};
 use self::row::{Entry, Separator, is_comment, is_row, unquoted};
-use super::error::{Problem, header, quoted, quoted_bytes, unrecognised, unsupported};
+use super::error::{Problem, header, quoted, quoted_bytes, truncated, unrecognised, unsupported};
 use super::unstructured::{self, Part, field_of, kind};
 use super::{Format, Opened, files};
 use crate::cells::Listing;
@@ -107,6 +107,11 @@ impl<R: BufRead> Lines<R> {
         Ok(Some(text.into_owned()))
     }
 
+    /// Whether the last line that was read ends as lines do, rather than where the file ends.
+    fn is_whole(&self) -> bool {
+        self.bytes.last() == Some(&b'\n')
+    }
+
     /// The next line that is no comment, and the last comment before it; `None` at the end.
     fn next(&mut self) -> Result<Option<(String, Option<String>)>, Problem> {
         let mut comment = None;
@@ -143,6 +148,8 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let first = first.trim_start_matches('\u{feff}').to_owned();
     let first_at = lines.line;
     let second = lines.next()?.map(|(line, _)| (line, lines.line));
+    // Whether the file ends with the last row, without the end of a line.
+    let mut is_cut = !lines.is_whole();
     let has_names = names_columns(&first, second.as_ref().map(|(line, _)| line.as_str()))?;
     let (names, mut rows) = match (has_names, second) {
         (true, Some(second)) => (Some(first), vec![second]),
@@ -179,8 +186,9 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
     let names = names.or(comment).and_then(|line| words_of_header(&line, separator, count));
     let columns = vec![Column::default(); count];
     let mut table = Table { separator, ends_empty, columns, with_comma: None };
+    let last = rows.last().map(|(_, at)| *at);
     for (line, at) in rows.drain(..) {
-        table.add(&line, at)?;
+        table.add(&line, (at, is_cut && last == Some(at)))?;
     }
     let mut done = 0;
     while let Some((line, _)) = lines.next()? {
@@ -188,7 +196,8 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         if lines.line % 1024 == 0 {
             ticket.checkpoint(done, len)?;
         }
-        table.add(&line, lines.line)?;
+        is_cut = !lines.is_whole();
+        table.add(&line, (lines.line, is_cut))?;
     }
     if let Some(word) = &table.with_comma {
         let example = quoted(word);
@@ -227,7 +236,8 @@ impl Column {
 }
 
 impl Table {
-    fn add(&mut self, line: &str, at: usize) -> Result<(), Problem> {
+    /// The row on line `at`, which the file may be cut off within.
+    fn add(&mut self, line: &str, (at, is_cut): (usize, bool)) -> Result<(), Problem> {
         let count = self.columns.len();
         let mut words = self.separator.words(line);
         if self.ends_empty && words.len() == count + 1 && words[count].is_empty() {
@@ -237,6 +247,9 @@ impl Table {
             // Some lines may be separated by blanks all the same.
             let between_blanks = Separator::Blanks.words(line);
             words = if between_blanks.len() == count { between_blanks } else { words };
+        }
+        if words.len() < count && is_cut {
+            return Err(ends_within(at, format!("{count} columns"), words.len()));
         }
         if words.len() != count {
             return Err(header(
@@ -353,6 +366,15 @@ fn points(
     let part = Part { listing, fields };
     let grid = unstructured::grid(part, &[], free_bytes, &mut warnings)?;
     Ok(Opened::of(grid, Format::Table, warnings))
+}
+
+/// Refuses a file that ends in the middle of its last line.
+fn ends_within(line: usize, expected: String, found: usize) -> Problem {
+    truncated(
+        format!("{expected} on line {line}"),
+        format!("that the file ends within that line, behind {found}"),
+        "it was cut short: copy or write it again",
+    )
 }
 
 /// Refuses the first word of a column that is otherwise of numbers.

@@ -587,9 +587,10 @@ pub(super) fn grid(
     told::in_order(&mut fields);
     axes::activate(&mut fields, active);
     if fields.is_empty() {
-        // Vertices, or no cells at all: what points have themselves is how dense they lie.
-        let are_points_alone = listing.types.iter().all(|kind| *kind <= 2);
-        let is_surface = told::are_surface(&listing.types);
+        // Vertices, no cells at all, or none that lies anywhere: what points have themselves is how dense they lie.
+        let lie_nowhere = told::lie_nowhere(&listing);
+        let are_points_alone = lie_nowhere || listing.types.iter().all(|kind| *kind <= 2);
+        let is_surface = told::are_surface(&listing.types) && !lie_nowhere;
         fields.push(match are_points_alone {
             // They colour nothing, so that nothing is to be said of them.
             _ if is_surface => told::numbers(points, cells, &mut Vec::new()),
@@ -690,7 +691,8 @@ pub(super) fn add_block(listing: &mut Listing, dims: [usize; 3]) {
     }
 }
 
-fn no_cells(error: CellsError) -> Problem {
+/// What is said of cells that cannot be.
+pub(super) fn no_cells(error: CellsError) -> Problem {
     header(error.expected, error.found, error.advice)
 }
 

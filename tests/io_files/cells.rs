@@ -569,6 +569,19 @@ fn types_that_are_not_read_are_not_the_files_fault() {
     says("a.vtu", vtu(74, CORNERS, "0 1 2 3"), &["VTK's type 74 at cell 0", "Tetrahedralize"]);
     let cut = TETRAHEDRON.replace("CELLS 1 5\n4 0 1 2 3", "CELLS 1 4\n3 0 1 2");
     says("a.vtk", cut, &["4 corners of cell 0", "copy it again"]);
+    for kind in [76, 77] {
+        let words = [&format!("VTK's type {kind}, Bézier's, at cell 0"), "split such cells"];
+        says("a.vtu", vtu(kind, CORNERS, "0 1 2 3"), &words.map(|word| word as &str));
+    }
+}
+
+#[test]
+fn lagrange_polygons_are_a_surface() {
+    let square = made("a.vtu", vtu(70, "0 0 0 1 0 0 1 1 0 0 1 0", "0 1 2 3"));
+    let cells = cells_of(&square);
+    assert!(cells.is_surface() && square.warnings.is_empty(), "{:?}", square.warnings);
+    let told = describe(&square, &Ticket::new()).expect("not cancelled").to_string();
+    assert!(told.contains("1 Lagrange quadrilateral"), "{told}");
 }
 
 #[test]
@@ -642,6 +655,28 @@ fn tables_take_places_by_name_and_keep_other_columns() {
     says("a.txt", "1 2 3\n4 5\n", &["3 columns on line 2", "found 2"]);
     says("a.csv", "x,y,z\n1,2,3\n1,2,three\n", &["numbers on line 3", "\"three\""]);
     says("a.csv", "x,y\n1,2\n", &["csv"]);
+}
+
+#[test]
+fn a_table_that_ends_within_a_line_says_which() {
+    let within = |line: usize, found: usize| {
+        [format!("on line {line}, found that the file ends within that line, behind {found};")]
+    };
+    for (text, line, found) in [
+        ("0 0 0 1\n1 0 0 2\n0 1 0 3\n1 1 0", 4, 3),
+        ("0 0 0 1\n1 0", 2, 2),
+        ("# x y z t\n0 0 0 1\n1 0 0 2\n1", 4, 1),
+    ] {
+        let words = within(line, found);
+        says("a.xyz", text, &["expected 4 columns", &words[0], "cut short"]);
+        // Where the line has its end, it was written so.
+        says("a.xyz", format!("{text}\n"), &["as on those before it", "correct the line"]);
+    }
+    let words = within(5, 3);
+    let water = "3\nwater\nO 0 0 0\nH 1 0 0\nH 0 1";
+    says("a.xyz", water, &["an element and three numbers", &words[0], "cut short"]);
+    says("a.xyz", format!("{water}\n"), &["on line 5", "correct the line"]);
+    made("a.xyz", "0 0 0 1\n1 0 0 2");
 }
 
 #[test]
@@ -870,6 +905,68 @@ fn cells_that_cannot_be_are_refused_in_a_sentence() {
 }
 
 #[test]
+fn an_unstructured_grid_that_ends_before_its_cells_is_cut_short() {
+    let (points, _) = TETRAHEDRON.split_once("CELLS").unwrap();
+    says("a.vtk", points, &["expected CELLS", "found that the file ends", "POLYDATA"]);
+    let alone = made("a.vtk", points.replace("UNSTRUCTURED_GRID", "POLYDATA"));
+    assert_eq!(cells_of(&alone).own_points(), 4, "the advice works");
+    // What says that it has none, or has more behind, is whole.
+    made("a.vtk", format!("{points}CELLS 0 0\nCELL_TYPES 0\n"));
+    let data = "POINT_DATA 4\nSCALARS t float 1\nLOOKUP_TABLE default\n1 2 3 4\n";
+    let said = made("a.vtk", format!("{points}{data}")).warnings.join("; ");
+    assert!(said.contains("the file has no cells: its points are drawn by themselves"), "{said}");
+}
+
+#[test]
+fn exodus_without_elements_says_that_its_nodes_are_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let places = |axis: [u8; 4]| Values::Float(axis.map(f32::from).to_vec());
+    let axes = [
+        plain("coordx", &[0], places([0, 1, 0, 1])),
+        plain("coordy", &[0], places([0, 0, 1, 1])),
+        plain("coordz", &[0], places([0, 0, 0, 2])),
+    ];
+    let said = |dims: &[(&str, usize)]| {
+        let found = opened(&netcdf(folder.path(), 1, dims, &axes));
+        assert_eq!(found.format, Format::Exodus);
+        let cells = cells_of(&found);
+        assert_eq!(cells.points()[3].to_array(), [1.0, 1.0, 2.0]);
+        assert_eq!((cells.own_points(), cells.own_cells()), (4, 0));
+        found.warnings.join("; ")
+    };
+    let none = "no block of elements was found: its nodes are shown as points";
+    for dims in [&[("num_nodes", 4), ("num_dim", 3)][..], &[("num_nodes", 4)]] {
+        let said = said(dims);
+        assert!(said.contains(none) && !said.contains("no cells"), "{said}");
+    }
+    let said = said(&[("num_nodes", 4), ("num_dim", 3), ("num_elem", 5), ("num_el_blk", 1)]);
+    assert!(said.contains("found, though the file promises 5 elements: its nodes"), "{said}");
+}
+
+#[test]
+fn exodus_has_its_numbers_in_the_types_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let dims =
+        [("num_dim", 3), ("num_nodes", 4), ("time_step", 1), ("num_nod_var", 2), ("len_name", 4)];
+    let zeros = || Values::Float(vec![0.0, 1.0, 0.0, 1.0]);
+    let variables = [
+        plain("coordx", &[1], zeros()),
+        plain("coordy", &[1], zeros()),
+        plain("coordz", &[1], zeros()),
+        plain("name_nod_var", &[3, 4], Values::Text("a\0\0\0b\0\0\0")),
+        plain("vals_nod_var1", &[2, 1], Values::Float(vec![1.0, 2.0, 3.0, 0.1])),
+        plain("vals_nod_var2", &[2, 1], Values::Double(vec![1.0, 2.0, 3.0, 0.1])),
+    ];
+    let found = opened(&netcdf(folder.path(), 1, &dims, &variables));
+    let told = describe(&found, &Ticket::new()).unwrap();
+    let types: Vec<(&str, &str)> =
+        told.fields.iter().map(|field| (&*field.name, &*field.scalar_type)).collect();
+    assert_eq!(types, [("a", "float32"), ("b", "float64")]);
+    let text = told.to_string();
+    assert!(text.contains("a: 1 × float32") && text.contains("b: 1 × float64"), "{text}");
+}
+
+#[test]
 fn offsets_and_connectivity_that_disagree_are_refused() {
     let text = std::fs::read_to_string(data("poly.vtu")).unwrap();
     let with = |from: &str, to: &str| text.replacen(from, to, 1);
@@ -960,6 +1057,8 @@ fn curvilinear_grids_are_without_the_cells_at_points_that_lie_nowhere() {
     for (name, text) in texts(&[]) {
         let whole = made(name, text);
         assert!(matches!(whole.grid.shape, Shape::Curvilinear(_)), "{name}");
+        let told = told(&whole);
+        assert!(told.contains("points     12\ncells      2 hexahedra\nvolume     2\n"), "{told}");
     }
     // A corner of the first of two cells.
     for (name, text) in texts(&[3]) {
@@ -976,6 +1075,56 @@ fn curvilinear_grids_are_without_the_cells_at_points_that_lie_nowhere() {
     for (name, text) in texts(&(0..12).collect::<Vec<usize>>()) {
         says(name, text, &["at least one point at a finite place", "12 points"]);
     }
+}
+
+/// What `info` says in text.
+fn told(opened: &Opened) -> String {
+    describe(opened, &Ticket::new()).expect("not cancelled").to_string()
+}
+
+#[test]
+fn cells_of_curvilinear_grids_are_told_as_those_of_others_are() {
+    let grid = |dims: &str, places: &str| {
+        let count = places.split_whitespace().count() / 3;
+        let text = format!(
+            "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS {dims}\nPOINTS {count} double\n\
+             {places}\nPOINT_DATA {count}\nSCALARS heat double 1\nLOOKUP_TABLE default\n{}\n",
+            "1 ".repeat(count)
+        );
+        made("a.vtk", text)
+    };
+    let layer = |z: f64| format!("0 0 {z} 1 0 {z} 0 1 {z} 1 1 {z} ");
+    // Up by 1, nowhere, and down by 3, into the first one.
+    let layers = [0.0, 1.0, 1.0, -2.0].map(layer).concat();
+    let bent = grid("2 2 4", &layers);
+    let json = serde_json::to_value(describe(&bent, &Ticket::new()).unwrap()).unwrap();
+    for (name, expected) in
+        [("points", 16), ("cells", 3), ("flat_cells", 1), ("inverted_cells", 1), ("split_cells", 0)]
+    {
+        assert_eq!(json[name], expected, "{name}: {json}");
+    }
+    assert_eq!(json["cell_kinds"], serde_json::json!({ "hexahedra": 3 }));
+    let text = told(&bent);
+    assert!(text.contains("1 without volume") && text.contains("1 inverted"), "{text}");
+    let flat = told(&grid("2 2 1", &layer(0.0)));
+    assert!(flat.contains("points     4\ncells      1 quadrilateral\n"), "{flat}");
+}
+
+#[test]
+fn lengths_of_arrays_are_said_to_follow_from_the_counts_of_pieces() {
+    // The length of 3 numbers of 32 bits, and these, where there are 4 points.
+    let three = "DAAAAAAAAAAAAAAAAAAAAA==";
+    let ascii = "format=\"ascii\">1 2 3 4<";
+    let text = std::fs::read_to_string(data("poly.vtu")).unwrap();
+    assert!(text.contains(ascii));
+    let short = text.replacen(ascii, &format!("format=\"binary\">{three}<"), 1);
+    let error = refused("a.vtu", short);
+    assert!(error.contains("expected 16 bytes of an array for the points and cells"), "{error}");
+    assert!(
+        error.contains("found that the array has 12; correct the numbers of points"),
+        "{error}"
+    );
+    assert!(!error.contains("extent"), "{error}");
 }
 
 #[test]

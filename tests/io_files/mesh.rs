@@ -372,6 +372,37 @@ fn points_that_lie_nowhere_in_a_text_of_points_are_left_out_and_told() {
     assert!(heat.get(3).is_nan() && heat.get(4) == 4.0);
 }
 
+/// A square of two triangles, and a point beside it.
+fn ply_of(places: [&str; 5], property: &str) -> String {
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n{property}\
+         element face 2\nproperty list uchar int vertex_indices\nend_header\n{}\n3 0 1 2\n3 1 3 2\n",
+        places.join("\n")
+    )
+}
+
+#[test]
+fn what_is_nowhere_or_no_number_everywhere_is_called_by_its_own_name() {
+    let open = |text: String| {
+        let (_folder, path) = saved("a.ply", text.as_bytes());
+        voxsplat::io::open(&path, &OpenOptions::default(), &Ticket::new()).expect("a file")
+    };
+    let places = ["0 0 0 nan", "1 0 0 nan", "0 1 0 nan", "1 1 0 nan", "5 5 5 nan"];
+    let nothing = open(ply_of(places, "property float t\n"));
+    let drawn = nothing.grid.scalar(&nothing.grid.fields[0], Component::Index(0), &Ticket::new());
+    let error = drawn.expect_err("nothing is drawn").to_string();
+    assert_eq!(error, "expected at least one finite value in field \"t\", found only 5 NaN");
+    // No triangle lies anywhere: what is left is a point.
+    let nowhere = open(ply_of(["0 0 nan", "1 0 nan", "0 1 nan", "1 1 nan", "5 5 5"], ""));
+    assert_eq!(nowhere.grid.fields[0].name, "log10 density");
+    let said = nowhere.warnings.join("; ");
+    assert!(said.contains("2 cells with corners that lie nowhere"), "{said}");
+    assert!(said.contains("its points are drawn by themselves"), "{said}");
+    let field = &nowhere.grid.fields[0];
+    let drawn = nowhere.grid.scalar(field, Component::Index(0), &Ticket::new());
+    assert!(drawn.is_ok(), "{:?}", drawn.err());
+}
+
 #[test]
 fn meshes_of_cells_have_their_arrays_on_their_outer_faces() {
     let text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n\

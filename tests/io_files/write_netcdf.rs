@@ -18,6 +18,7 @@ pub(crate) enum Values {
     Short(Vec<i16>),
     Float(Vec<f32>),
     Double(Vec<f64>),
+    Text(&'static str),
 }
 
 impl Values {
@@ -26,6 +27,7 @@ impl Values {
             Self::Short(values) => values.iter().flat_map(|v| v.to_be_bytes()).collect(),
             Self::Float(values) => values.iter().flat_map(|v| v.to_be_bytes()).collect(),
             Self::Double(values) => values.iter().flat_map(|v| v.to_be_bytes()).collect(),
+            Self::Text(text) => text.as_bytes().to_vec(),
         }
     }
 
@@ -34,6 +36,7 @@ impl Values {
             Self::Short(_) => 3,
             Self::Float(_) => 5,
             Self::Double(_) => 6,
+            Self::Text(_) => 2,
         }
     }
 }

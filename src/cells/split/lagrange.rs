@@ -115,6 +115,36 @@ pub(super) fn tetrahedra(order: usize) -> Vec<[usize; 4]> {
     parts
 }
 
+/// The triangles that a triangle of an order is split into.
+pub(super) fn triangles(order: usize) -> Vec<[usize; 3]> {
+    let number = numbers(triangle(order));
+    let of = |[i, j]: [usize; 2]| number[&[order - i - j, i, j]];
+    let mut parts = Vec::new();
+    for (i, j) in (0..order).flat_map(|j| (0..order - j).map(move |i| (i, j))) {
+        parts.push([[i, j], [i + 1, j], [i, j + 1]].map(of));
+        if i + j + 2 <= order {
+            parts.push([[i + 1, j], [i + 1, j + 1], [i, j + 1]].map(of));
+        }
+    }
+    parts
+}
+
+/// The number that VTK gives a point of a quadrilateral of an order (`vtkHigherOrderQuadrilateral::PointIndexFromIJK`).
+pub(super) fn of_quadrilateral([i, j]: [usize; 2], order: usize) -> usize {
+    let inner = order - 1;
+    match [i, j].map(|x| x == 0 || x == order) {
+        [true, true] => match (i > 0, j > 0) {
+            (false, false) => 0,
+            (true, false) => 1,
+            (true, true) => 2,
+            (false, true) => 3,
+        },
+        [false, true] => 4 + (i - 1) + if j > 0 { 2 * inner } else { 0 },
+        [true, false] => 4 + (j - 1) + if i > 0 { inner } else { 3 * inner },
+        [false, false] => 4 + 4 * inner + (i - 1) + inner * (j - 1),
+    }
+}
+
 /// The wedges that a wedge of an order is split into.
 pub(super) fn wedges(order: usize) -> Vec<[usize; 6]> {
     let number = numbers(wedge(order));
@@ -182,6 +212,26 @@ pub(super) fn of_hexahedron([i, j, k]: [usize; 3], order: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// As VTK numbers them: corners, edges around the third one's far side backwards, and rows within.
+    #[test]
+    fn points_of_polygons_are_numbered_as_vtk_does() {
+        let third: Vec<[usize; 2]> = triangle(3).iter().map(|of| [of[1], of[2]]).collect();
+        let corners = [[0, 0], [3, 0], [0, 3]];
+        let edges = [[1, 0], [2, 0], [2, 1], [1, 2], [0, 2], [0, 1]];
+        assert_eq!(third, [&corners[..], &edges, &[[1, 1]]].concat());
+        let rows = |order: usize| -> Vec<Vec<usize>> {
+            let row = |j| (0..=order).map(move |i| of_quadrilateral([i, j], order)).collect();
+            (0..=order).map(row).collect()
+        };
+        assert_eq!(rows(1), [[0, 1], [3, 2]]);
+        assert_eq!(rows(2), [[0, 4, 1], [7, 8, 5], [3, 6, 2]]);
+        let third = [[0, 4, 5, 1], [10, 12, 13, 6], [11, 14, 15, 7], [3, 8, 9, 2]];
+        assert_eq!(rows(3), third);
+        for order in 1..=10 {
+            assert_eq!(triangles(order).len(), order * order);
+        }
+    }
 
     /// As VTK 9.7 numbers them.
     #[test]

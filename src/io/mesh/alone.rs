@@ -42,6 +42,7 @@ pub(in super::super) fn read_alone(
         };
         return Err(header(expected, "none", format!("write the file again with its {advice}")));
     }
+    let has_triangles = !triangles.is_empty();
     let types = vec![kind::TRIANGLE; triangles.len()];
     let starts = (0..=triangles.len()).map(|triangle| 3 * triangle).collect();
     let corners = triangles.into_iter().flatten().collect();
@@ -55,6 +56,8 @@ pub(in super::super) fn read_alone(
     });
     let fields = own_colours.into_iter().chain(numbers.into_iter().map(field)).collect();
     let grid = unstructured::grid(Part { listing, fields }, &[], free_bytes, &mut warnings)?;
+    // Files of points have none, which is not worth a word.
+    warnings.extend(unstructured::points_alone(&grid).filter(|_| has_triangles));
     Ok(Opened::of(grid, Format::Polygons(format), warnings))
 }
 

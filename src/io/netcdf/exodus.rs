@@ -20,9 +20,10 @@ use crate::volume::{Association, Field, Samples, ScalarType};
 /// More blocks or variables than this are no list that anybody looks at.
 const MOST_LISTED: u64 = 100_000;
 
-/// Whether a file's dimensions are those of a mesh.
+/// Whether a file has the nodes of a mesh: their number, and that of their coordinates, or these.
 pub(super) fn is_it(file: &NcFile) -> bool {
-    file.dimension("num_nodes").is_ok() && file.dimension("num_dim").is_ok()
+    let has_places = || ["coord", "coordx"].iter().any(|name| file.variable(name).is_ok());
+    file.dimension("num_nodes").is_ok() && (file.dimension("num_dim").is_ok() || has_places())
 }
 
 /// One block of elements of a kind.
@@ -90,8 +91,12 @@ pub(super) fn read(
         }
     }
     fields.extend(reader.ids(&blocks));
+    let has_elements = !listing.types.is_empty();
+    if !has_elements {
+        warnings.push(reader.no_elements(elements));
+    }
     let grid = unstructured::grid(Part { listing, fields }, &[], free_bytes, &mut warnings)?;
-    warnings.extend(unstructured::points_alone(&grid));
+    warnings.extend(unstructured::points_alone(&grid).filter(|_| has_elements));
     Ok(Opened::of(grid, Format::Exodus, warnings))
 }
 
@@ -156,9 +161,33 @@ impl Reader<'_> {
         ))
     }
 
+    /// How many coordinates a node has; where that is not told, as many as there are.
+    fn dimensions(&self) -> u64 {
+        let listed = || {
+            let names = ["coordx", "coordy", "coordz"];
+            let each = names.iter().filter(|name| self.variable(name).is_some()).count() as u64;
+            let all = self.variable("coord").and_then(|all| all.shape().first().copied());
+            all.unwrap_or(each)
+        };
+        match self.dimension("num_dim") {
+            0 => listed(),
+            told => told,
+        }
+    }
+
+    /// What is said of a file without elements that are read.
+    fn no_elements(&self, promised: u64) -> String {
+        let promised = match promised {
+            0 => String::new(),
+            1 => ", though the file promises 1 element".to_owned(),
+            many => format!(", though the file promises {many} elements"),
+        };
+        format!("no block of elements was found{promised}: its nodes are shown as points")
+    }
+
     fn points(&self, nodes: u64) -> Result<Vec<DVec3>, Problem> {
         let count = usize::try_from(nodes).unwrap_or(usize::MAX);
-        let dimensions = self.dimension("num_dim").min(3);
+        let dimensions = self.dimensions().min(3);
         let mut lists = Vec::new();
         for axis in 0..dimensions {
             // In one variable, or in one for each axis.
@@ -409,7 +438,7 @@ impl Reader<'_> {
         association: Association,
         warnings: &mut Vec<String>,
     ) -> Vec<Field> {
-        let is_flat = self.dimension("num_dim") == 2;
+        let is_flat = self.dimensions() == 2;
         let mut fields = Vec::new();
         while !variables.is_empty() {
             let names: Vec<&str> = variables.iter().map(|(name, _)| name.as_str()).collect();

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::super::error::{Problem, header, quoted, truncated};
 use super::super::unstructured::{self, Part, field_of};
 use super::super::{Format, Opened};
-use super::{Lines, cloud};
+use super::{Lines, cloud, ends_within};
 use crate::core::counted;
 use crate::core::progress::Ticket;
 use crate::volume::{Association, Grid, LabelName, Samples};
@@ -75,6 +75,11 @@ pub(super) fn read<R: BufRead>(
             )
         })?;
         let (element, place) = atom(&line).ok_or_else(|| {
+            let words = line.split_whitespace().count();
+            if words < 4 && !lines.is_whole() {
+                let expected = "an element and three numbers".to_owned();
+                return ends_within(lines.line, expected, words);
+            }
             header(
                 format!("an element and three numbers on line {}", lines.line),
                 quoted(&line),

@@ -113,6 +113,17 @@ pub(super) fn nowhere(listing: &Listing) -> Option<String> {
     })
 }
 
+/// Whether there are cells, and each has a corner that lies nowhere.
+pub(super) fn lie_nowhere(listing: &Listing) -> bool {
+    let lies_nowhere = |cell: &[usize]| {
+        let own = listing.corners.get(cell[0]..cell[1]).unwrap_or_default();
+        own.iter().any(|corner| {
+            listing.points.get(*corner as usize).is_some_and(|point| !point.is_finite())
+        })
+    };
+    !listing.types.is_empty() && listing.starts.windows(2).all(lies_nowhere)
+}
+
 /// Of pictures that frame them, things that are so many times longer than wide are thinner than a pixel.
 pub(in super::super) const THINNER_THAN_A_PIXEL: f64 = 2000.0;
 
@@ -245,6 +256,8 @@ fn curved_edges(kind: u8, points: usize) -> (&'static [[usize; 2]], usize, usize
     let order_of = |all: fn(usize) -> usize| (2..=10).find(|order| all(*order) == points);
     let on_each = |all: fn(usize) -> usize| order_of(all).map_or(0, |order| order - 1);
     match kind {
+        69 => (&TETRAHEDRON[..3], 3, on_each(|n| (n + 1) * (n + 2) / 2)),
+        70 => (&HEXAHEDRON[..4], 4, on_each(|n| (n + 1).pow(2))),
         24 => (&TETRAHEDRON, 4, 1),
         25 | 29 => (&HEXAHEDRON, 8, 1),
         26 | 32 => (&WEDGE, 6, 1),

@@ -45,6 +45,11 @@ impl CellLists {
         self.lists.iter().map(|list| list.cells).sum()
     }
 
+    /// Whether the file lists none, not even of no cells.
+    pub(super) fn are_missing(&self) -> bool {
+        self.lists.is_empty() && self.types.is_none()
+    }
+
     /// Reads a list; whether the keyword is one of one.
     pub(super) fn read(
         &mut self,

@@ -122,6 +122,18 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         }
         Dataset::UnstructuredGrid | Dataset::PolyData => {
             let points = geometry.points.ok_or_else(|| missing("POINTS"))?;
+            // With data on its points it goes on, and has no cells.
+            if dataset == Dataset::UnstructuredGrid
+                && geometry.cells.are_missing()
+                && section.is_none()
+            {
+                return Err(truncated(
+                    "CELLS and CELL_TYPES behind the POINTS of an unstructured grid",
+                    "that the file ends",
+                    "it was cut short: copy or write it again; of points alone, write POLYDATA in place of \
+                     UNSTRUCTURED_GRID",
+                ));
+            }
             let part = unstructured::Part { listing: geometry.cells.listing(&points)?, fields };
             unstructured::grid(part, &active, free_bytes, &mut warnings)?
         }

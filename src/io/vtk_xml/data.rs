@@ -48,6 +48,16 @@ pub(super) struct Packing {
     pub(super) endian: Endian,
     pub(super) word_bytes: usize,
     pub(super) compressor: Option<Compressor>,
+    pub(super) counted_by: CountedBy,
+}
+
+/// What says how many numbers an array has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum CountedBy {
+    /// That of the samples along x, y and z.
+    Extent,
+    /// `NumberOfPoints`, `NumberOfCells` and the like.
+    Piece,
 }
 
 /// All `count` samples of one array of one piece.
@@ -172,20 +182,26 @@ fn unpack(
         let blocks = Blocks::read(reader, needed, stored_bytes, (packing, compressor))?;
         return blocks.unpack(samples, reader, progress);
     }
-    check_length(word(reader, packing)?, needed)?;
+    check_length(word(reader, packing)?, needed, packing.counted_by)?;
     bytes::require_stored(needed, stored_bytes)?;
     bytes::reserve_samples(samples, count)?;
     bytes::append(samples, reader, count, progress)
 }
 
-fn check_length(found: u64, needed: u64) -> Result<(), Problem> {
+fn check_length(found: u64, needed: u64, counted_by: CountedBy) -> Result<(), Problem> {
     if found == needed {
         return Ok(());
     }
+    let (of, what) = match counted_by {
+        CountedBy::Extent => ("of samples for the extent", "the extent"),
+        CountedBy::Piece => {
+            ("of an array for the points and cells of the piece", "the numbers of points and cells")
+        }
+    };
     Err(header(
-        format!("{needed} bytes of samples for the extent"),
+        format!("{needed} bytes {of}"),
         format!("that the array has {found}"),
-        "correct the extent, the type or the components, or copy the file again",
+        format!("correct {what}, the type or the components, or copy the file again"),
     ))
 }
 
@@ -218,7 +234,7 @@ impl Blocks {
         let (count, full, last) =
             (word(reader, packing)?, word(reader, packing)?, word(reader, packing)?);
         let total = unpacked_bytes(count, full, last);
-        check_length(total.unwrap_or(u64::MAX), needed)?;
+        check_length(total.unwrap_or(u64::MAX), needed, packing.counted_by)?;
         bytes::require_stored(count.saturating_mul(packing.word_bytes as u64), stored_bytes)?;
         let mut packed_bytes = Vec::new();
         let mut sum = 0_u64;

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use self::data::{Appended, Packing};
+use self::data::{Appended, CountedBy, Packing};
 use self::pieces::Store;
 use self::xml::{Document, Kind};
 use super::bytes::Progress;
@@ -115,6 +115,10 @@ fn packing(document: &Document<'_>) -> Packing {
         endian: document.endian,
         word_bytes: document.word_bytes,
         compressor: document.compressor,
+        counted_by: match document.kind.is_unstructured() {
+            true => CountedBy::Piece,
+            false => CountedBy::Extent,
+        },
     }
 }
 

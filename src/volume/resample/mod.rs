@@ -192,7 +192,7 @@ impl Grid {
         memory::require("the ellipsoids about the points", needed, memory::free_bytes())?;
         let scattered = Scattered::new(places.iter().copied().zip(own.iter().copied()).collect());
         let Some(scattered) = scattered.map(Arc::new) else {
-            let found = "values or places that are not finite".to_owned();
+            let found = nothing_finite(&own);
             return Err(VolumeError::NothingFinite { field: field.name.clone(), found });
         };
         // Each value counts once, and those at places that are nowhere do not.
@@ -329,7 +329,7 @@ fn dotted(
     let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
     let ends = [there.iter().copied().min_by(by_value), there.iter().copied().max_by(by_value)];
     let [Some(least), Some(most)] = ends else {
-        let found = "values or places that are not finite".to_owned();
+        let found = nothing_finite(values);
         return Err(VolumeError::NothingFinite { field: name.to_owned(), found });
     };
     let bounds = bounds_of(there.iter().map(|at| &places[*at]));
@@ -345,6 +345,18 @@ fn dotted(
     }
     let plain = Spaced::plain(lattice, Arc::new(Samples::Float64(samples)));
     Ok(Spaced { own_bounds: Some(bounds), ..plain })
+}
+
+/// What there is in place of a finite value at a finite place.
+fn nothing_finite(values: &[f64]) -> String {
+    let nan = values.iter().filter(|value| value.is_nan()).count();
+    let infinite = values.iter().filter(|value| value.is_infinite()).count();
+    match values.len() - nan - infinite {
+        0 if infinite == 0 => format!("{nan} NaN"),
+        0 if nan == 0 => format!("{infinite} infinite"),
+        0 => format!("{nan} NaN and {infinite} infinite"),
+        finite => format!("{finite} of {} at places that are not finite", values.len()),
+    }
 }
 
 /// Least and greatest x, y, z of places.
