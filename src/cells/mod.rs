@@ -28,6 +28,9 @@ pub use solid::{Kind, Placed, Rim, Solid};
 pub use split::{has_extent, has_volume, is_flat};
 pub use surface::{Face, Surface};
 
+/// Triangles of less area beside their longer sides' square are lines.
+const FLATTEST: f64 = 1e-9;
+
 /// Cells that cannot be: what was expected, and what was found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected {expected}, found {found}")]
@@ -105,7 +108,7 @@ pub struct Cells {
     triangles: Vec<[u32; 3]>,
     /// Which of the file's cells each of these is of.
     triangle_sources: Vec<u32>,
-    /// Where no cell has volume, where the corners of each begin, and the last end; and these.
+    /// Where no cell has volume, where the corners of each begin, and the last end; and these. Empty elsewhere.
     lists: (Vec<usize>, Vec<u32>),
     census: Census,
     /// Once someone has asked: each picture does.
@@ -168,7 +171,7 @@ impl Cells {
         }
         let split::Split { solids, blends, added, triangles, triangle_sources, .. } = split;
         let points: Arc<[DVec3]> = points.into_iter().chain(added).collect();
-        let lists = if solids.is_empty() { (starts, corners) } else { (Vec::new(), Vec::new()) };
+        let lists = (starts, corners);
         let cells = Self {
             points,
             own_points,
@@ -184,7 +187,30 @@ impl Cells {
             bounds: OnceLock::new(),
             places: OnceLock::new(),
         };
-        Ok(cells.measured())
+        Ok(cells.measured().or_flat())
+    }
+
+    /// The same, or, where no cell has volume, the faces of all of them as polygons. Lists of corners are kept in that case alone.
+    fn or_flat(mut self) -> Self {
+        let cells = self.sources.chunk_by(|a, b| a == b).count();
+        if self.census.flat < cells {
+            self.lists = Default::default();
+            return self;
+        }
+        for face in self.faces_of_flat() {
+            let source = self.sources[face.solid as usize];
+            let area = |[a, b, c]: [u32; 3]| {
+                let [a, b, c] = [a, b, c].map(|point| self.points[point as usize]);
+                (b - a).cross(c - a).length()
+                    / (b - a).length_squared().max((c - a).length_squared())
+            };
+            for triangle in face.triangles().filter(|triangle| area(*triangle) > FLATTEST) {
+                self.triangles.push(triangle);
+                self.triangle_sources.push(source);
+            }
+        }
+        (self.solids, self.sources) = Default::default();
+        self
     }
 
     /// The same with its cells without volume and those that go round the other way counted, by cells of the file, whatever they
@@ -296,16 +322,12 @@ impl Cells {
         sums.into_iter().map(mean).collect()
     }
 
-    /// Triangles of the file's polygons, and of the solids' outer faces, each with the file's cell that it is of. Where no solid has
-    /// an outer face, since its faces lie on each other, of all faces that have an area.
+    /// Triangles of the file's polygons, and of the solids' outer faces, each with the file's cell that it is of.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub fn triangles(&self, ticket: &Ticket) -> Result<Vec<([u32; 3], u32)>, Cancelled> {
-        let mut faces = self.surface(|_| true, ticket)?.faces;
-        if faces.is_empty() {
-            faces = self.faces_of_flat(ticket)?;
-        }
+        let faces = self.surface(|_| true, ticket)?.faces;
         let outer = faces.iter().flat_map(|face| {
             let source = self.sources[face.solid as usize];
             face.triangles().map(move |triangle| (triangle, source))

@@ -825,7 +825,7 @@ fn solids_without_volume_are_seen_by_their_faces() {
     let layer = || (0..6).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0));
     let corners = [[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]].concat();
     let flat = hexahedra(layer().chain(layer()).collect(), corners);
-    assert_eq!(flat.census().flat, 2);
+    assert!(flat.census().flat == 2 && flat.is_surface() && flat.solids().is_empty());
     let found = flat.triangles(&Ticket::new()).unwrap();
     let sources: Vec<u32> = found.iter().map(|(_, source)| *source).collect();
     assert_eq!(sources, [0, 0, 1, 1], "each square once, by the cell that it is of");
@@ -837,6 +837,7 @@ fn solids_without_volume_are_seen_by_their_faces() {
     // On a line there is nothing.
     let line = (0..8).map(|i| DVec3::X * f64::from([0, 1, 1, 0, 0, 1, 1, 0][i])).collect();
     let line = hexahedra(line, (0..8).collect());
+    assert!(!line.is_surface() && line.solids().is_empty());
     assert_eq!(line.triangles(&Ticket::new()).unwrap(), []);
     // What has an outer face is as it was.
     let cube = hexahedra(CUBE.map(DVec3::from).to_vec(), (0..8).collect());

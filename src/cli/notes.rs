@@ -16,9 +16,6 @@ pub(super) struct Causes {
     is_lit: bool,
     has_isosurfaces: bool,
     has_slices: bool,
-    has_flat_cells: bool,
-    /// Whether these have faces with an area.
-    has_flat_faces: bool,
     /// What the field is drawn as, other than voxels.
     drawn_as: Option<&'static str>,
 }
@@ -26,12 +23,6 @@ pub(super) struct Causes {
 impl Causes {
     pub(super) fn of(scene: &Scene) -> Self {
         let (shading, inside) = (&scene.shading, &scene.inside);
-        let cells = scene.volume().and_then(|volume| volume.cells.as_ref());
-        let flat = cells.map(|cells| cells.cells()).filter(|cells| {
-            // Split ones count as one.
-            let last = cells.sources().windows(2).filter(|pair| pair[0] != pair[1]).count();
-            !cells.solids().is_empty() && cells.census().flat > last
-        });
         Self {
             drawn_as: match scene.splat.kernel {
                 Kernel::Cells => Some("cells"),
@@ -44,10 +35,6 @@ impl Causes {
             is_lit: shading.lighting.is_some() && inside.along == AlongRay::Composite,
             has_isosurfaces: inside.has_isosurfaces(),
             has_slices: !inside.slices.is_empty(),
-            has_flat_cells: flat.is_some(),
-            has_flat_faces: flat.is_some_and(|cells| {
-                cells.triangles(&Ticket::new()).is_ok_and(|found| !found.is_empty())
-            }),
         }
     }
 
@@ -88,16 +75,6 @@ impl Causes {
                     _ => "",
                 }
             ),
-            _ if self.has_flat_faces => {
-                "nothing can be seen in the picture, as no cell has any volume; embed the file as polygons (--mesh) to \
-                 see its cells"
-                    .to_owned()
-            }
-            _ if self.has_flat_cells => {
-                "nothing can be seen in the picture, as no cell has any volume or area; write its points as a table \
-                 (.csv) to see these"
-                    .to_owned()
-            }
             active => format!(
                 "nothing can be seen in the picture, though {} opacity; look at the \
                  opacities, at --opacity-unit-distance, which they are given over, the extent and the \

@@ -575,7 +575,7 @@ pub(super) fn grid(
     // What lies on no cell is no field.
     fields.retain(|field| !field.samples.is_empty());
     tell_apart(&mut fields, warnings);
-    warnings.extend(told::flat_cells(&listing.types));
+    let polygons = told::flat_cells(&listing.types);
     warnings.extend(told::thin_cells(&listing.types));
     warnings.extend(told::open_polyhedra(&listing));
     warnings.extend(told::straightened(&listing, &fields));
@@ -607,6 +607,9 @@ pub(super) fn grid(
             counted(left_out, "cell")
         ));
     }
+    // Beside cells with volume they are left out.
+    warnings.extend(polygons.filter(|_| !cells.is_surface()));
+    warnings.extend(told::as_polygons(&cells));
     warnings.extend(told::thin(&cells));
     Ok(Grid::shaped([points, 1, 1], Shape::Unstructured(Arc::new(cells)), fields)?)
 }

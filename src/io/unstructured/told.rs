@@ -59,6 +59,18 @@ pub(super) fn flat_cells(types: &[u8]) -> Option<String> {
     }
 }
 
+/// What becomes of cells that are solids, where none has a volume.
+pub(super) fn as_polygons(cells: &Cells) -> Option<String> {
+    let flat = cells.census().flat;
+    (flat > 0 && cells.is_surface()).then(|| {
+        let verb = if flat == 1 { "has" } else { "have" };
+        format!(
+            "{} {verb} no volume, and no other has: drawn are the faces, as polygons",
+            counted(flat, "cell")
+        )
+    })
+}
+
 /// What becomes of lines and points beside cells that have an area or a volume.
 pub(super) fn thin_cells(types: &[u8]) -> Option<String> {
     let count = |is: fn(u8) -> bool| types.iter().filter(|kind| is(**kind)).count();
