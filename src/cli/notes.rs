@@ -94,8 +94,8 @@ impl Causes {
                     .to_owned()
             }
             _ if self.has_flat_cells => {
-                "nothing can be seen in the picture, as no cell has any volume or area; --kernel ellipsoids draws the \
-                 points"
+                "nothing can be seen in the picture, as no cell has any volume or area; write its points as a table \
+                 (.csv) to see these"
                     .to_owned()
             }
             active => format!(

@@ -356,6 +356,34 @@ fn values_that_a_mesh_lacks_are_told_once() {
 }
 
 #[test]
+fn what_is_advised_of_cells_without_volume_shows_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [file, picture] = ["f.vtk", "f.png"].map(|name| folder.path().join(name));
+    let [file, to] = [&file, &picture].map(|path| path.to_str().expect("UTF-8"));
+    let render = |input: &str, more: &[&str]| {
+        let fixed = ["render", input, "-o", to, "--resolution", "48,36", "--engine", "native"];
+        voxsplat(&[&fixed[..], more].concat())
+    };
+    let with = |layer: &str| {
+        let text = format!(
+            "# vtk DataFile Version 3.0\nf\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n{layer}{layer}CELLS 1 9\n\
+             8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\nPOINT_DATA 8\nSCALARS t float 1\nLOOKUP_TABLE default\n\
+             0 1 2 3 4 5 6 7\n"
+        );
+        fs::write(file, text).expect("written");
+        errors(&render(file, &[]))
+    };
+    let advised = with("0 0 0 1 0 0 1 1 0 0 1 0\n");
+    assert!(advised.contains("embed the file as polygons (--mesh)"), "{advised}");
+    let output = render(file, &["--mesh", &format!("{file},by=t")]);
+    assert!(output.status.success(), "{}", errors(&output));
+    let seen = image::open(&picture).expect("a picture").to_rgb8();
+    assert!(seen.pixels().filter(|p| p.0 != [0; 3]).count() > 100, "{}", errors(&output));
+    let line = with("0 0 0 1 0 0 1 0 0 0 0 0\n");
+    assert!(line.contains("no cell has any volume or area") && !line.contains("--mesh"), "{line}");
+}
+
+#[test]
 fn a_surface_by_itself_is_drawn_in_the_colours_of_its_numbers() {
     let folder = tempfile::tempdir().expect("a folder");
     let [file, picture] = ["s.vtk", "s.png"].map(|name| folder.path().join(name));
