@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Projection};
-use crate::scene::{NamedView, Orientation, Scene, framing_all, in_perspective};
+use crate::scene::{NamedView, Orientation, Scene, among_axes, framing_all, in_perspective};
 use crate::volume::Lattice;
 
 /// How a drag turns the view.
@@ -27,12 +27,21 @@ const POINTS_PER_NOTCH: f64 = 50.0;
 /// Zoom factor of a right drag over the viewport's whole height.
 const ZOOM_PER_HEIGHT: f64 = 16.0;
 
-/// A camera along a named view that shows in a picture of any shape what can be seen of a scene; see [`framing_all`].
-pub fn framed(scene: &Scene, view: NamedView, orientation: Orientation, size: [f64; 2]) -> Camera {
+/// A camera along a named view that shows in a picture of any shape what can be seen of a scene; see [`framing_all`]. Where it `has_axes`,
+/// with these.
+pub fn framed(
+    scene: &Scene,
+    (view, orientation): (NamedView, Orientation),
+    size: [f64; 2],
+    has_axes: bool,
+) -> Camera {
     let (direction, up) = view.direction_and_up(orientation);
     let projection = scene.camera.projection;
     let framed = framing_all(scene, direction, up);
     let mut camera = in_perspective(scene, Camera { projection, ..framed });
+    if has_axes {
+        camera = among_axes(scene, camera);
+    }
     // The scale is that of the height; a narrow picture needs more.
     camera.parallel_scale *= (size[1] / size[0]).max(1.0);
     camera
@@ -216,7 +225,8 @@ mod tests {
         let volume = ScalarVolume::from_samples("ramp", Lattice::unit([10; 3]), samples);
         let scene =
             crate::scene::opening(Default::default(), Arc::new(volume.expect("sound")), None);
-        let framed = |size| framed(&scene, NamedView::Front, Orientation::default(), size);
+        let view = (NamedView::Front, Orientation::default());
+        let framed = |size| framed(&scene, view, size, false);
         let (wide, narrow) = (framed([800.0, 400.0]), framed([200.0, 400.0]));
         assert!((narrow.parallel_scale - 2.0 * wide.parallel_scale).abs() < 1e-9);
     }

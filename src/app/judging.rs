@@ -18,6 +18,7 @@ use super::viewport::{Beside, PixelArea, divider_x};
 use super::window::Window;
 use super::{modes, theme};
 use crate::accuracy::psnr_from_rmse;
+use crate::kernel::Kernel;
 use crate::scene::{SplatSettings, Visibility};
 use crate::task::engine::{EngineState, Picture, SecondPicture};
 use crate::task::remaining::WITHIN_DB;
@@ -45,7 +46,13 @@ impl Window {
             is_old: is_old && !points.is_empty(),
             picture_db: self.remaining_db(&scene.splat),
         };
+        let of_mesh = scene.volume().and_then(|volume| SplatSettings::of_cells_or_points(volume));
+        let default = match scene.splat.kernel {
+            Kernel::Functions => SplatSettings::FUNCTIONS,
+            _ => of_mesh.unwrap_or_default(),
+        };
         let shown = Shown {
+            default,
             points: &points,
             marks,
             state: &state,

@@ -383,8 +383,13 @@ impl Window {
     }
 
     fn toggle_annotation(&mut self, which: Annotation) {
+        let unmoved = self.unmoved_view().filter(|_| which == Annotation::Axes);
         let switch = self.settings.annotations.switch(which);
         *switch = !*switch;
+        // A view of everything has room for them.
+        if let Some(view) = unmoved {
+            self.fit(view);
+        }
     }
 
     fn change_camera(&mut self, change: impl FnOnce(&Camera) -> Camera) {
@@ -420,7 +425,8 @@ impl Window {
     pub(super) fn fit(&mut self, view: NamedView) {
         let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
         if let Some(scene) = &mut self.scene {
-            let framed = camera_control::framed(scene, view, orientation, size);
+            let has_axes = self.settings.annotations.has(Annotation::Axes);
+            let framed = camera_control::framed(scene, (view, orientation), size, has_axes);
             scene.camera = framed;
             self.fitted = Some((view, scene.camera));
         }

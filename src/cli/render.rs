@@ -18,8 +18,9 @@ use crate::kernel::Kernel;
 use crate::rbf::four_digits;
 use crate::scene::annotations::Layout;
 use crate::scene::{
-    BESIDE, Background, Classify, CutSettings, Effect, Ground, Inside, MOST_SLABS_PER_VOXEL,
-    PolygonLayer, SampleSource, Scene, SplatSettings, View, Visibility, among_surfaces,
+    Annotation, BESIDE, Background, Classify, CutSettings, Effect, Ground, Inside,
+    MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource, Scene, SplatSettings, View, Visibility,
+    among_axes, among_surfaces,
 };
 use crate::task::cuts::why_no_cut_of;
 use crate::task::engine::{Engine, EngineChoice};
@@ -356,7 +357,12 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
         ));
     }
     let scene = Scene { shading, inside, ..scene };
-    let scene = with_layers(scene, &flags.scene, vectors, polygons)?;
+    let mut scene = with_layers(scene, &flags.scene, vectors, polygons)?;
+    let has_axes = flags.annotations.is_some_and(|written| written.has(Annotation::Axes));
+    if has_axes && flags.scene.camera_focal_point.is_none() && flags.scene.parallel_scale.is_none()
+    {
+        scene.camera = among_axes(&scene, scene.camera);
+    }
     if let Some(refusal) = scene.refusals().first() {
         return Err(Failure::Usage(refusal.to_string()));
     }

@@ -318,6 +318,31 @@ pub fn in_perspective(scene: &Scene, camera: Camera) -> Camera {
     Camera { parallel_scale, ..camera }
 }
 
+/// Of half of a picture, the part that the box with its axes takes, so that there is room for their numbers.
+const AXES_WITHIN: f64 = 0.84;
+
+/// A camera that shows the box about all of the volume, with room for the numbers of its axes.
+pub fn among_axes(scene: &Scene, camera: Camera) -> Camera {
+    let lattice = scene.lattice();
+    let last = DVec3::from(lattice.dims.map(|n| n as f64)) - 0.5;
+    let corner = |i: usize| {
+        let index = DVec3::from([0, 1, 2].map(|axis| [-0.5, last[axis]][i >> axis & 1]));
+        lattice.world_from_index(index)
+    };
+    let is_within = |camera: &Camera| {
+        (0..8).all(|i| {
+            let pixel = camera.pixel_from_view(camera.to_view(corner(i)), [2.0; 2]);
+            pixel.is_some_and(|pixel| (pixel - 1.0).abs().max_element() <= AXES_WITHIN)
+        })
+    };
+    // In small steps, since in perspective the eye moves, too.
+    let mut found = camera;
+    while !is_within(&found) && found.parallel_scale < 100.0 * camera.parallel_scale {
+        found.parallel_scale *= 1.01;
+    }
+    found
+}
+
 /// A camera along `direction` that shows all that can be seen of a volume under a transfer function, with a margin of a
 /// twentieth, in any picture at least as wide as it is high; where nothing shows, the whole lattice.
 pub fn framing_what_shows(
@@ -525,6 +550,16 @@ mod tests {
                 assert!((28.0..50.0).contains(&most), "{view:?} {degrees}: {most}");
             }
             assert_eq!(in_perspective(&scene, camera), camera);
+            // The box goes around the corners, which lean to one side.
+            let wide = among_axes(&scene, camera);
+            assert!((1.0..1.9).contains(&(wide.parallel_scale / camera.parallel_scale)));
+            let lattice = scene.lattice();
+            let ends = [DVec3::splat(-0.5), DVec3::from(lattice.dims.map(|n| n as f64)) - 0.5];
+            for place in ends.map(|index| lattice.world_from_index(index)) {
+                let pixel = wide.pixel_from_view(wide.to_view(place), [100.0; 2]);
+                let off = (pixel.expect("before the eye") - 50.0).abs().max_element();
+                assert!(off <= 42.001, "{view:?}: {off}");
+            }
         }
     }
 

@@ -29,8 +29,8 @@ pub use effect::Effect;
 pub use field_on_mesh::{FieldOnMesh, MeshInField};
 pub use first_look::FirstLook;
 pub use framing::{
-    NamedView, Orientation, UpAxis, among_surfaces, axis_letters, box_of_what_shows, framing_all,
-    framing_surfaces, framing_what_shows, in_perspective,
+    NamedView, Orientation, UpAxis, among_axes, among_surfaces, axis_letters, box_of_what_shows,
+    framing_all, framing_surfaces, framing_what_shows, in_perspective,
 };
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,

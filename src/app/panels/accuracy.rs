@@ -20,8 +20,6 @@ const COLUMN_SHARE: f32 = 0.55;
 /// Height of the row that says how the job stands, points.
 const ROW: f32 = 20.0;
 
-/// What is drawn with before anybody chooses.
-const DEFAULT: SplatSettings = SplatSettings::EXACT;
 /// Size of what is said of it, and height that it leaves to the line below, points.
 const DEFAULT_SIZE: f32 = 12.0;
 const BELOW_DEFAULT: f32 = 19.0;
@@ -63,6 +61,8 @@ pub struct Shown<'a> {
     pub record: &'a EstimateRecord,
     /// Whether a view at rest is refined further by itself, once the panel is closed.
     pub refines: bool,
+    /// The mode that files of the kind open in.
+    pub default: SplatSettings,
 }
 
 /// What the hand did.
@@ -255,7 +255,7 @@ fn default_ui(ui: &mut Ui, shown: &Shown<'_>) {
     if shown.marks.is_old {
         return;
     }
-    let Some(text) = default_words(shown.points, shown.refines) else { return };
+    let Some(text) = default_words(shown.points, shown.refines, &shown.default) else { return };
     ui.add_space(2.0);
     let words = RichText::new(&text).color(theme::TEXT_FAINT).size(DEFAULT_SIZE);
     let font = FontId::proportional(DEFAULT_SIZE);
@@ -266,8 +266,8 @@ fn default_ui(ui: &mut Ui, shown: &Shown<'_>) {
 }
 
 /// What the default costs and is worth here, and what the next better mode would; nothing before it is measured.
-fn default_words(points: &[ChartPoint], refines: bool) -> Option<String> {
-    let is_default = |point: &&ChartPoint| point.failed.is_none() && is_of(point, &DEFAULT);
+fn default_words(points: &[ChartPoint], refines: bool, own: &SplatSettings) -> Option<String> {
+    let is_default = |point: &&ChartPoint| point.failed.is_none() && is_of(point, own);
     let default = points.iter().find(is_default)?;
     let here = format!("The default is marked: {}", number_words(default));
     let better = front(points).into_iter().map(|index| &points[index]);
@@ -286,10 +286,7 @@ fn default_words(points: &[ChartPoint], refines: bool) -> Option<String> {
         _ => "a picture without error".to_owned(),
     };
     let finer = better.settings.filter(|mode| {
-        modes::same_mode(
-            &SplatSettings { slabs_per_voxel: DEFAULT.slabs_per_voxel, ..*mode },
-            &DEFAULT,
-        )
+        modes::same_mode(&SplatSettings { slabs_per_voxel: own.slabs_per_voxel, ..*mode }, own)
     });
     let what = match finer {
         Some(mode) => format!("{} slabs a voxel", words::value(mode.slabs_per_voxel)),
@@ -348,6 +345,8 @@ pub const HEIGHT: f32 = 220.0;
 mod tests {
     use super::*;
 
+    const DEFAULT: SplatSettings = SplatSettings::EXACT;
+
     #[test]
     fn one_mode_is_called_a_mode() {
         assert_eq!([0, 1, 2].map(modes), ["0 modes", "1 mode", "2 modes"]);
@@ -372,7 +371,7 @@ mod tests {
         let classic = point(608.0, 29.7, SplatSettings::SHADE_FIRST);
         let told = |points: &[&ChartPoint], refines| {
             let points: Vec<_> = points.iter().map(|point| (*point).clone()).collect();
-            default_words(&points, refines).unwrap_or_default()
+            default_words(&points, refines, &DEFAULT).unwrap_or_default()
         };
         assert_eq!(told(&[&finer, &classic], true), "", "not measured yet");
         let words = told(&[&default, &classic, &finest, &finer], true);
@@ -390,6 +389,11 @@ mod tests {
         assert!(told(&[&default, &finer], false).contains("key R goes on to it"), "switched off");
         assert!(told(&[&default, &finest], true).contains("key R goes on to it"), "beyond 3 s");
         assert!(told(&[&default, &classic], true).ends_with("nearer to the exact picture"));
+        // Of a mesh it is its cells, whatever splines do there.
+        let cells = point(90.0, 40.7, SplatSettings::CELLS);
+        let points = [default.clone(), cells];
+        let words = default_words(&points, true, &SplatSettings::CELLS).unwrap_or_default();
+        assert!(words.starts_with("The default is marked: 90 ms, 40.7 dB"), "{words}");
         let quicker = point(100.0, 50.0, SplatSettings::SHADE_FIRST);
         assert!(told(&[&default, &quicker], true).contains("both quicker and nearer: Cubic"));
         let other = point(900.0, 50.0, SplatSettings::SHADE_FIRST);

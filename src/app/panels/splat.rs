@@ -8,14 +8,14 @@ use eframe::egui::{
 use super::{number_ui, pictures, reset_ui, row_ui, slider_ui};
 use crate::app::modes::{self, PRESETS};
 use crate::app::{theme, words};
-use crate::kernel::{Kernel, Subdivisions};
+use crate::kernel::{Kernel, MOST_EXTENT, Subdivisions};
 use crate::scene::{
     Backend, Classify, CutSettings, ErrorMeasure, LEAST_SLABS_PER_VOXEL, ModeChoice, OpacityModel,
     Order, Reconstruction, SplatSettings, Visibility,
 };
 
 /// The splat radii on offer, voxels.
-const EXTENT: std::ops::RangeInclusive<f64> = 0.5..=4.0;
+const EXTENT: std::ops::RangeInclusive<f64> = 0.5..=MOST_EXTENT;
 /// The slabs on offer, per voxel: more is a wait that hardly shows.
 const SLABS: std::ops::RangeInclusive<f64> = LEAST_SLABS_PER_VOXEL..=16.0;
 /// The functions a cell on offer; the last stands for all of them.
