@@ -264,7 +264,8 @@ fn every_shortcut_does_what_it_says() {
                 let viewport = bench.viewport();
                 let size = [viewport.width(), viewport.height()].map(f64::from);
                 let scene = bench.window().scene().unwrap();
-                let whole = framed(scene, NamedView::Isometric, Orientation::default(), size);
+                let whole =
+                    framed(scene, (NamedView::Isometric, Orientation::default()), size, false);
                 assert_eq!(bench.camera(), whole);
             }
             Action::Converge => {
