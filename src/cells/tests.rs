@@ -458,7 +458,7 @@ fn what_is_no_cell_is_refused_and_what_has_no_volume_counted() {
     let mut flat = points;
     flat.iter_mut().for_each(|p| p.z = 0.0);
     let cells = Cells::new(listing(12, &flat)).unwrap();
-    assert_eq!((cells.census().flat, cells.solids().len()), (1, 1));
+    assert_eq!((cells.census().flat, cells.solids().len(), cells.is_surface()), (1, 0, true));
     let mut nan = points;
     nan[2].y = f64::NAN;
     let cells = Cells::new(listing(12, &nan)).unwrap();
