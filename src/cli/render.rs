@@ -13,7 +13,7 @@ use super::progress::Progress;
 use super::stats::{LeftOutRow, Stats, asked_of};
 use super::vectors::{VectorFlags, Vectors};
 use super::{Destination, Failure, note, open, refuse_one_place};
-use crate::core::{Srgb8, Ticket};
+use crate::core::{Srgb8, Ticket, counted};
 use crate::kernel::Kernel;
 use crate::rbf::four_digits;
 use crate::scene::annotations::Layout;
@@ -371,6 +371,12 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
             "the streamlines or arrows lie in opaque matter, which hides them: leave it out (--vectors-only), lower its \
              --opacity, or cut it open (--clip-box)",
         );
+    }
+    let points = scene.volume().and_then(|volume| volume.scattered.as_ref());
+    let strays = points.filter(|_| scene.splat.kernel == Kernel::Ellipsoids);
+    if let Some(count) = strays.map(|points| points.strays()).filter(|count| *count > 0) {
+        let (lie, are) = if count == 1 { ("lies", "is") } else { ("lie", "are") };
+        note(&format!("{} {lie} far from all others, and {are} left out", counted(count, "point")));
     }
     let has_values_of_cells = scene.volume().is_some_and(|volume| volume.has_values_of_cells());
     if has_values_of_cells && scene.splat.kernel == Kernel::Cells && scene.inside.has_isosurfaces()

@@ -5,12 +5,14 @@
 //! Read by `vector`, `io`, `scene`, `reference`, `gpu`, `task`, `app` and `cli`.
 
 mod doubles;
+mod levels;
 mod mesh;
 mod nets;
 mod shapes;
 mod shorten;
 mod soft;
 
+pub use levels::{Numbered, between_levels};
 pub use mesh::{Mesh, MeshArray, MeshError, MeshValues, Triangle};
 pub use nets::{NOTHING, Nets, Surface};
 pub use shapes::Shapes;

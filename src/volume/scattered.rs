@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 
+use super::without_strays;
 use crate::cells::CellField;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::rbf::{Encoding, log_spread, next_distance};
@@ -59,6 +60,13 @@ impl Scattered {
             Source::Points { spacing, .. } => Some(spacing),
             Source::Cells { .. } => None,
         }
+    }
+
+    /// How many points lie far from all others, and are left out of the field that is made of them; 0 of cells.
+    pub fn strays(&self) -> usize {
+        let Source::Points { samples, .. } = &self.source else { return 0 };
+        let places: Vec<DVec3> = samples.iter().map(|(at, _)| *at).collect();
+        without_strays(&places).map_or(0, |(_, count)| count)
     }
 
     /// Whether they are points alone, rather than those of cells.

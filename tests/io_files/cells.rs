@@ -1058,7 +1058,7 @@ fn curvilinear_grids_are_without_the_cells_at_points_that_lie_nowhere() {
         let whole = made(name, text);
         assert!(matches!(whole.grid.shape, Shape::Curvilinear(_)), "{name}");
         let told = told(&whole);
-        assert!(told.contains("points     12\ncells      2 hexahedra\nvolume     2\n"), "{told}");
+        assert!(told.contains("points     12\ncells      2 hexahedra\nvolume     2"), "{told}");
     }
     // A corner of the first of two cells.
     for (name, text) in texts(&[3]) {

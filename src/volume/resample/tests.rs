@@ -239,6 +239,7 @@ fn points_far_from_all_others_have_no_sample() {
         assert!(extent.max_element() < 4.0 * side as f64, "{extent}");
         let there = (0..volume.samples.len()).filter(|i| volume.samples.get(*i).is_finite());
         assert!(there.count() * 2 > side * side * side, "{side}");
+        assert_eq!(volume.scattered.as_ref().expect("points").strays(), 1);
         // Its value counts all the same.
         assert_eq!(volume.statistics.max, count as f64 - 1.0);
     }
