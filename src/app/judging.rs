@@ -40,19 +40,19 @@ impl Window {
         let (points, is_old) = self.measuring.points();
         let state = self.measuring.state();
         let second = modes::with_unit_distance_of(self.compare.second, &scene.splat);
-        let marks = Marks {
-            first: &scene.splat,
-            second: self.compare.on.then_some(&second),
-            is_old: is_old && !points.is_empty(),
-            picture_db: self.remaining_db(&scene.splat),
-        };
         let of_mesh = scene.volume().and_then(|volume| SplatSettings::of_cells_or_points(volume));
         let default = match scene.splat.kernel {
             Kernel::Functions => SplatSettings::FUNCTIONS,
             _ => of_mesh.unwrap_or_default(),
         };
-        let shown = Shown {
+        let marks = Marks {
             default,
+            first: &scene.splat,
+            second: self.compare.on.then_some(&second),
+            is_old: is_old && !points.is_empty(),
+            picture_db: self.remaining_db(&scene.splat),
+        };
+        let shown = Shown {
             points: &points,
             marks,
             state: &state,

@@ -61,8 +61,6 @@ pub struct Shown<'a> {
     pub record: &'a EstimateRecord,
     /// Whether a view at rest is refined further by itself, once the panel is closed.
     pub refines: bool,
-    /// The mode that files of the kind open in.
-    pub default: SplatSettings,
 }
 
 /// What the hand did.
@@ -255,7 +253,9 @@ fn default_ui(ui: &mut Ui, shown: &Shown<'_>) {
     if shown.marks.is_old {
         return;
     }
-    let Some(text) = default_words(shown.points, shown.refines, &shown.default) else { return };
+    let Some(text) = default_words(shown.points, shown.refines, &shown.marks.default) else {
+        return;
+    };
     ui.add_space(2.0);
     let words = RichText::new(&text).color(theme::TEXT_FAINT).size(DEFAULT_SIZE);
     let font = FontId::proportional(DEFAULT_SIZE);

@@ -29,6 +29,8 @@ pub struct Marks<'a> {
     pub first: &'a SplatSettings,
     /// The mode it is compared with.
     pub second: Option<&'a SplatSettings>,
+    /// The mode that files of the kind open in.
+    pub default: SplatSettings,
     /// Whether the points are of an earlier view.
     pub is_old: bool,
     /// What the picture on screen was found to have, dB, where that is known.
@@ -115,9 +117,9 @@ pub fn chart_ui(
         }
         let place = axes.at(point.ms, point.db);
         let tooltip_id = response.id.with("tooltip");
-        Tooltip::always_open(ui.ctx().clone(), ui.layer_id(), tooltip_id, place)
-            .gap(12.0)
-            .show(|ui| ui.label(hover_words(point, front.contains(&index))));
+        Tooltip::always_open(ui.ctx().clone(), ui.layer_id(), tooltip_id, place).gap(12.0).show(
+            |ui| ui.label(hover_words(point, front.contains(&index), is_of(point, &marks.default))),
+        );
     }
     let as_second = ui.input(|input| input.modifiers.shift);
     picked
@@ -199,7 +201,7 @@ pub fn number_words(point: &ChartPoint) -> String {
     }
 }
 
-fn hover_words(point: &ChartPoint, is_best: bool) -> String {
+fn hover_words(point: &ChartPoint, is_best: bool, is_default: bool) -> String {
     let what = match (&point.settings, point.on_front, is_best) {
         (None, ..) => "Not a mode of its own, for comparison only",
         (Some(_), true, _) => "Nothing is both quicker and better",
@@ -210,7 +212,6 @@ fn hover_words(point: &ChartPoint, is_best: bool) -> String {
         Some(_) => "\nClick to use it, Shift+click to compare with it",
         None => "",
     };
-    let is_default = is_of(point, &SplatSettings::EXACT);
     let default = if is_default { ", the default" } else { "" };
     format!("{}{default}\n{}\n{what}{how}", point.name, number_words(point))
 }
@@ -262,7 +263,7 @@ fn paint_point(
         }
     }
     mark_of(point, look.is_best).paint(painter, place, look.is_shown, marks.is_old);
-    if is_of(point, &SplatSettings::EXACT) {
+    if is_of(point, &marks.default) {
         default_ui(painter, axes, place);
     }
     if is_of(point, marks.first) {
@@ -308,7 +309,8 @@ pub(super) mod tests {
     fn painted(size: Vec2, points: &[ChartPoint], second: bool) -> Vec<ClippedShape> {
         let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
         let second = second.then_some(&classic);
-        let marks = Marks { first: &exact, second, is_old: false, picture_db: None };
+        let marks =
+            Marks { first: &exact, second, default: exact, is_old: false, picture_db: None };
         let ctx = Context::default();
         let pass = || {
             let input = RawInput {
@@ -393,7 +395,13 @@ pub(super) mod tests {
     #[test]
     fn the_legend_explains_what_there_is_and_nothing_else() {
         let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
-        let marks = |second| Marks { first: &exact, second, is_old: false, picture_db: None };
+        let marks = |second| Marks {
+            first: &exact,
+            second,
+            default: exact,
+            is_old: false,
+            picture_db: None,
+        };
         let of = |settings, ms, db| ChartPoint { settings, ..point(ms, db) };
         let points = [of(Some(exact), 10.0, 40.0), of(Some(classic), 20.0, 30.0)];
         let front = front(&points);
