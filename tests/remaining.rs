@@ -13,7 +13,6 @@ use voxsplat::kernel::Kernel;
 use voxsplat::scene::{
     self, Classify, Lighting, SampleSource, Scene, Slice, SplatSettings, Visibility,
 };
-use voxsplat::task::draw::background_light;
 use voxsplat::task::engine::{Choice, Effort, Engine, EngineChoice, FrameRequest, Ladder, Picture};
 use voxsplat::task::estimate::Checked;
 use voxsplat::task::remaining::WITHIN_DB;
@@ -215,7 +214,7 @@ fn pictures_of_scans_are_off_by_what_they_say() {
                 _ => exact_mode(&scene.splat, MANY),
             };
             let truth = draw(&truth, Refine::Full, false);
-            let background = background_light(scene.background).unwrap_or_default();
+            let background = scene.background.light().unwrap_or_default();
             let over = |still: &Still, LinearRgb(behind): LinearRgb| -> Vec<[f64; 4]> {
                 let pixel = |pixel: &[f32; 4]| {
                     let [r, g, b, a] = pixel.map(f64::from);

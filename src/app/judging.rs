@@ -18,6 +18,7 @@ use super::viewport::{Beside, PixelArea, divider_x};
 use super::window::Window;
 use super::{modes, theme};
 use crate::accuracy::psnr_from_rmse;
+use crate::core::colour::srgb_encoder;
 use crate::kernel::Kernel;
 use crate::scene::{SplatSettings, Visibility};
 use crate::task::engine::{EngineState, Picture, SecondPicture};
@@ -97,6 +98,13 @@ impl Window {
             && picture.requested_size == self.viewport_size
             && !self.pacing.is_moving();
         is_finished.then_some(picture)
+    }
+
+    /// Whether the finished picture is the background and nothing else.
+    pub(super) fn shows_nothing(&self) -> bool {
+        let Some(scene) = self.scene.as_ref().filter(|_| !self.is_loading()) else { return false };
+        let background = srgb_encoder(scene.background.light())(&[0.0; 4]);
+        self.finished_picture().is_some() && self.viewport.only_colour() == Some(background)
     }
 
     /// The second picture, if it belongs to the first, and how both are shown.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
     Align, Align2, Atom, Button, CentralPanel, Color32, Context, CornerRadius, FontId, Frame,
-    IdSalt, Key, Layout, Margin, MenuBar, Painter, Panel, ProgressBar, Rect, RichText, ScrollArea,
-    Sense, Shape, Stroke, StrokeKind, Ui, UiBuilder, Vec2, WidgetInfo, pos2, vec2,
+    IdSalt, Key, Label, Layout, Margin, MenuBar, Painter, Panel, ProgressBar, Rect, RichText,
+    ScrollArea, Sense, Shape, Stroke, StrokeKind, Ui, UiBuilder, Vec2, WidgetInfo, pos2, vec2,
 };
 
 use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
@@ -435,6 +435,9 @@ impl Window {
                 None => {}
             }
         }
+        if self.shows_nothing() {
+            nothing_ui(ui, area.rect);
+        }
         if self.scene.is_some() && !self.is_loading() {
             self.first_hint.show(ui, area.rect, self.settings.knows_drag);
         }
@@ -587,6 +590,33 @@ fn welcome_ui(ui: &mut Ui, rect: Rect) -> Option<Welcome> {
 enum Welcome {
     Open,
     Demo,
+}
+
+/// What to try where a picture shows nothing. The hand goes through it.
+fn nothing_ui(ui: &mut Ui, rect: Rect) {
+    let reset = entry_of(Action::ResetView);
+    let key = reset.shortcut.map(|shortcut| ui.ctx().format_shortcut(&shortcut));
+    let key = key.map(|key| format!(" ({key})")).unwrap_or_default();
+    let lines = [
+        ("Nothing shows in this view".to_owned(), 17.0, theme::TEXT),
+        (
+            format!(
+                "{}{key} shows all that can be seen. If there is nothing, look at the opacities and the clip box; what is \
+                 thinner than a pixel shows from nearer.",
+                reset.name
+            ),
+            13.0,
+            theme::TEXT_FAINT,
+        ),
+    ];
+    let size = WELCOME.min(rect.size());
+    let place = Rect::from_center_size(rect.center(), size);
+    let middle = Layout::top_down(Align::Center);
+    ui.scope_builder(UiBuilder::new().max_rect(place).layout(middle), |ui| {
+        for (text, size, colour) in lines {
+            ui.add(Label::new(RichText::new(text).size(size).color(colour)).selectable(false));
+        }
+    });
 }
 
 /// What will happen when the file over the window is let go.

@@ -94,6 +94,11 @@ impl Viewport {
         lock(&self.shown).as_ref().map(|shown| Arc::clone(&shown.picture))
     }
 
+    /// The colour of every pixel of the picture on screen, where all have one.
+    pub fn only_colour(&self) -> Option<[u8; 4]> {
+        lock(&self.shown).as_ref()?.only_colour
+    }
+
     /// Shows `picture` from now on; what was queued for painting in this pass shows it already.
     /// Whether another pass is needed because its place changed.
     ///
@@ -104,9 +109,11 @@ impl Viewport {
             log::error!("a picture of {size:?} pixels came with {} bytes", picture.rgba.len());
             return false;
         }
-        let has_holes = picture.rgba.as_chunks::<4>().0.iter().any(|pixel| pixel[3] != 255);
+        let pixels = picture.rgba.as_chunks::<4>().0;
+        let has_holes = pixels.iter().any(|pixel| pixel[3] != 255);
+        let only_colour = pixels.iter().all(|pixel| *pixel == pixels[0]).then_some(pixels[0]);
         let place = |shown: &Shown| (shown.picture.requested_size, shown.has_holes);
-        let shown = Shown { picture, has_holes };
+        let shown = Shown { picture, has_holes, only_colour };
         self.fading = None;
         let mut slot = lock(&self.shown);
         let moved = slot.as_ref().map(place) != Some(place(&shown));

@@ -120,7 +120,6 @@ impl ShadingNormals {
     }
 
     /// Of a field whose points grow by `growths`.
-    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
     pub(super) fn new(
         field: &CellField,
         growths: &[DVec3],
@@ -143,29 +142,30 @@ impl ShadingNormals {
         let strength = if strength > least { strength } else { 1.0 };
         let areas = mapped(outer.len(), A_PART, |i| cells.area(&outer[i]), ticket)?;
         let about = faces_about(outer, growths.len(), ticket)?;
+        let border = Border { cells, outer, about, flat: narrow(growths.len()) };
         let on_border = |outwards: DVec3| ShadingNormal {
             growth: -outwards.normalize_or_zero() * strength,
             is_on_border: true,
         };
-        for own in about.chunk_by(|a, b| a.0 == b.0) {
+        for own in border.about.chunk_by(|a, b| a.0 == b.0) {
             looks.after(own.len())?;
             let sum = own.iter().map(|(_, face)| areas[*face as usize]).sum();
             made.normals[own[0].0 as usize] = on_border(sum);
         }
         // Flat, until softened.
-        let flat = made.normals.len() as u32;
         for (face, area) in outer.iter().zip(&areas) {
             looks.after(1)?;
             let solid = &cells.solids()[face.solid as usize];
+            let flat = narrow(made.normals.len());
             made.normals.push(on_border(*area));
-            let corners = made.corners_beside(made.normals.len() as u32 - 1, solid);
+            let corners = made.corners_beside(solid, |_| flat);
             let [.., c, d] = face.corners;
             let on = face.corners.iter().take(if c == d { 3 } else { 4 });
             let count = on.len() as f64;
             let on = on.map(|corner| cells.points()[*corner as usize]).sum::<DVec3>() / count;
             made.faces.push(LitFace { on, inwards: -area.normalize_or_zero(), corners });
         }
-        for own in about.chunk_by(|a, b| a.0 == b.0) {
+        for own in border.about.chunk_by(|a, b| a.0 == b.0) {
             if own.len() <= MOST_ABOUT {
                 // Each is compared with all.
                 looks.after(own.len() * own.len())?;
@@ -176,111 +176,79 @@ impl ShadingNormals {
             looks.after(1)?;
             made.carry_inwards(cells, (i, face), strength);
         }
-        made.share(cells, (outer, flat, &about), ticket)?;
+        made.share(cells, &border, ticket)?;
         Ok(made)
     }
 
-    /// The corners of a solid beside a face, before that is softened: those on the border have its normal.
-    fn corners_beside(&self, normal: u32, solid: &Solid) -> [u32; 8] {
+    /// The corners of a solid beside a face: those on the border have the normals that `beside` gives to their points.
+    fn corners_beside(&self, solid: &Solid, beside: impl Fn(u32) -> u32) -> [u32; 8] {
         let mut corners = [0; 8];
         for (to, corner) in corners.iter_mut().zip(solid.corners()) {
             let is_on_border = self.normals[*corner as usize].is_on_border;
-            *to = if is_on_border { normal } else { *corner };
+            *to = if is_on_border { beside(*corner) } else { *corner };
         }
         corners
     }
 
     /// Lists the faces by solids. Behind those of each come others that it touches, or that its cell has, which are turned
-    /// another way: rays come through them, too. `flat` is the number of the first face's normal.
-    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
+    /// another way: rays come through them, too.
     fn share(
         &mut self,
         cells: &Cells,
-        (outer, flat, about): (&[Face], u32, &[(u32, u32)]),
+        border: &Border<'_>,
         ticket: &Ticket,
     ) -> Result<(), Cancelled> {
         let mut looks = Looks::every(ticket, A_RUN);
         let faces = std::mem::take(&mut self.faces);
-        let about = |point: u32| {
-            let first = about.partition_point(|(at, _)| *at < point);
-            let count = about[first..].iter().take_while(|(at, _)| *at == point).count();
-            &about[first..first + count]
-        };
-        let mut found: Vec<u32> = Vec::new();
         let (mut solid, mut of_cell) = (0, 0);
         for pieces in cells.sources().chunk_by(|a, b| a == b) {
-            let end = solid + pieces.len();
-            let behind = of_cell + outer[of_cell..].partition_point(|f| (f.solid as usize) < end);
-            let mut at = of_cell;
+            let (end, first_of_cell) = (solid + pieces.len(), of_cell);
+            let is_of_cell = |face: &Face| (face.solid as usize) < end;
+            let behind = of_cell + border.outer[of_cell..].partition_point(is_of_cell);
             for piece in solid..end {
-                self.starts.push(self.faces.len() as u32);
-                looks.after(1)?;
+                self.starts.push(narrow(self.faces.len()));
+                let is_own = |face: &Face| face.solid as usize == piece;
+                let own = border.outer[of_cell..behind].partition_point(is_own);
                 let first = self.faces.len();
-                while at < behind && outer[at].solid as usize == piece {
-                    self.faces.push(faces[at]);
-                    at += 1;
-                }
-                let corners = cells.solids()[piece].corners();
-                let on_border =
-                    corners.iter().filter(|corner| self.normals[**corner as usize].is_on_border);
-                found.clear();
-                on_border.for_each(|corner| found.extend(about(*corner).iter().map(|of| of.1)));
-                if found.is_empty() {
+                self.faces.extend_from_slice(&faces[of_cell..of_cell + own]);
+                of_cell += own;
+                let mut touched = self.faces_touched(&cells.solids()[piece], border);
+                looks.after(1 + touched.len())?;
+                if touched.is_empty() {
                     continue;
                 }
                 if pieces.len() > 1 {
-                    found.extend(of_cell as u32..behind as u32);
+                    touched.extend(narrow(first_of_cell)..narrow(behind));
                 }
-                looks.after(found.len())?;
-                let own = self.faces.len();
-                for number in &found {
-                    let face = &faces[*number as usize];
-                    if face.inwards != DVec3::ZERO
-                        && !self.faces[first..].iter().any(|known| is_alike(known, face))
-                    {
-                        let normal = |point: u32| {
-                            let turned = |of: &&(u32, u32)| {
-                                let other = &faces[of.1 as usize];
-                                (other.inwards.dot(face.inwards), of.1)
-                            };
-                            let best = about(point).iter().max_by(|a, b| {
-                                turned(a)
-                                    .0
-                                    .total_cmp(&turned(b).0)
-                                    .then(turned(b).1.cmp(&turned(a).1))
-                            });
-                            let best = best.map(|of| of.1 as usize);
-                            match best.filter(|best| is_alike(&faces[*best], face)) {
-                                Some(best) => {
-                                    let own = cells.solids()[outer[best].solid as usize].corners();
-                                    let at = own.iter().position(|corner| *corner == point);
-                                    at.map_or(flat + number, |at| faces[best].corners[at])
-                                }
-                                None => flat + number,
-                            }
-                        };
-                        let mut to = [0; 8];
-                        for (to, corner) in to.iter_mut().zip(corners) {
-                            let is_on_border = self.normals[*corner as usize].is_on_border;
-                            *to = if is_on_border { normal(*corner) } else { *corner };
-                        }
-                        self.faces.push(LitFace { corners: to, ..*face });
+                for number in touched {
+                    let face = &faces[number as usize];
+                    let is_known = self.faces[first..].iter().any(|known| is_alike(known, face));
+                    if face.inwards != DVec3::ZERO && !is_known {
+                        let normal = |point| border.normal(&faces, point, number);
+                        let corners = self.corners_beside(&cells.solids()[piece], normal);
+                        self.faces.push(LitFace { corners, ..*face });
                     }
                 }
-                // Of one alone the points have the normals.
-                if own == first && self.faces.len() == first + 1 {
+                // Of one that is another's alone the points have the normals.
+                if own == 0 && self.faces.len() == first + 1 {
                     self.faces.pop();
                 }
             }
             (solid, of_cell) = (end, behind);
         }
-        self.starts.push(self.faces.len() as u32);
+        self.starts.push(narrow(self.faces.len()));
         Ok(())
+    }
+
+    /// Numbers of the outer faces about a solid's corners.
+    fn faces_touched(&self, solid: &Solid, border: &Border<'_>) -> Vec<u32> {
+        let corners = solid.corners().iter();
+        let on_border = corners.filter(|corner| self.normals[**corner as usize].is_on_border);
+        on_border.flat_map(|corner| border.about(*corner)).map(|(_, face)| *face).collect()
     }
 
     /// Corners that lie on other outer faces have, beside this face, the mean of the corners on it that edges join
     /// them to: what lies behind it is lit alike, however deep.
-    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
     fn carry_inwards(&mut self, cells: &Cells, (number, face): (usize, &Face), strength: f64) {
         let solid = &cells.solids()[face.solid as usize];
         let points = solid.corners();
@@ -308,7 +276,7 @@ impl ShadingNormals {
                     let sum: DVec3 = normals.iter().map(|i| self.normals[*i as usize].growth).sum();
                     let growth = sum.normalize_or_zero() * strength;
                     self.normals.push(ShadingNormal { growth, is_on_border: true });
-                    self.normals.len() as u32 - 1
+                    narrow(self.normals.len() - 1)
                 }
             };
             self.faces[number].corners[corner] = to;
@@ -316,7 +284,6 @@ impl ShadingNormals {
     }
 
     /// Gives the faces about a point the mean of those that they are hardly turned to.
-    #[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
     fn soften(
         &mut self,
         cells: &Cells,
@@ -353,11 +320,52 @@ impl ShadingNormals {
             let lit = &mut self.faces[*face as usize];
             for (to, corner) in lit.corners.iter_mut().zip(solid.corners()) {
                 if *corner == point {
-                    *to = number as u32;
+                    *to = narrow(number);
                 }
             }
         }
     }
+}
+
+/// The outer faces, and those about each point.
+struct Border<'a> {
+    cells: &'a Cells,
+    outer: &'a [Face],
+    /// Numbers of points, and of the faces about them: by the points, and then by the faces.
+    about: Vec<(u32, u32)>,
+    /// The number of the first face's flat normal. Those of the others follow.
+    flat: u32,
+}
+
+impl Border<'_> {
+    /// What lies about a point.
+    fn about(&self, point: u32) -> &[(u32, u32)] {
+        let first = self.about.partition_point(|(at, _)| *at < point);
+        let count = self.about[first..].iter().take_while(|(at, _)| *at == point).count();
+        &self.about[first..first + count]
+    }
+
+    /// The number of the normal at a point beside a face that others than its solid are lit by: that of the face about the
+    /// point which is turned most alike, or its own flat one where none is nearly.
+    fn normal(&self, faces: &[LitFace], point: u32, number: u32) -> u32 {
+        let face = &faces[number as usize];
+        let alike = |of: &u32| faces[*of as usize].inwards.dot(face.inwards);
+        let others = self.about(point).iter().map(|(_, of)| *of);
+        // The first of several.
+        let best = others.rev().max_by(|a, b| alike(a).total_cmp(&alike(b)));
+        let best = best.map(|of| of as usize).filter(|of| is_alike(&faces[*of], face));
+        let corner = best.and_then(|best| {
+            let own = self.cells.solids()[self.outer[best].solid as usize].corners();
+            Some(faces[best].corners[own.iter().position(|corner| *corner == point)?])
+        });
+        corner.unwrap_or(self.flat + number)
+    }
+}
+
+/// Memory holds fewer normals and faces than 2³².
+#[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
+fn narrow(number: usize) -> u32 {
+    number as u32
 }
 
 /// Whether two faces are parts of one smooth surface.
@@ -366,7 +374,6 @@ fn is_alike(a: &LitFace, b: &LitFace) -> bool {
 }
 
 /// Numbers of points, and of the faces about them: by the points, and then by the faces.
-#[expect(clippy::cast_possible_truncation, reason = "memory holds fewer of each than 2^32")]
 fn faces_about(
     outer: &[Face],
     points: usize,
@@ -390,7 +397,7 @@ fn faces_about(
         looks.after(1)?;
         for corner in corners_of(face) {
             let at = &mut next[corner as usize];
-            about[*at] = (corner, number as u32);
+            about[*at] = (corner, narrow(number));
             *at += 1;
         }
     }

@@ -109,20 +109,25 @@ impl Lit {
         let one = all(simd, 1.0);
         let forward = seen.direction.scaled(one / seen.direction.dot(seen.direction).sqrt());
         let mut nearest = all(simd, -3e38);
-        let mut found = Vec3::splat(simd, [0.0; 3]);
-        for face in faces {
+        let mut entered = all(simd, 0.0);
+        for (number, face) in faces.iter().enumerate() {
             let [x, y, z, on] = face.plane;
             let inwards = Vec3::splat(simd, [x, y, z]);
             let height = (inwards.dot(seen.place) - on).abs();
             let slope = inwards.dot(forward);
             let left = height / (all(simd, 0.0) - slope).max(along);
-            let entered = slope / height.max(all(simd, 1e-20));
-            let nearness = choose(slope.simd_gt(along), entered, all(simd, 0.0) - left);
-            let is_nearer = nearness.simd_gt(nearest);
-            if any(is_nearer) {
+            let passed = slope / height.max(all(simd, 1e-20));
+            let nearness = choose(slope.simd_gt(along), passed, all(simd, 0.0) - left);
+            entered = choose(nearness.simd_gt(nearest), all(simd, number as f32), entered);
+            nearest = nearest.max(nearness);
+        }
+        // Rays beside each other come in through one or two.
+        let mut found = Vec3::splat(simd, [0.0; 3]);
+        for (number, face) in faces.iter().enumerate() {
+            let is_entered = entered.simd_eq(all(simd, number as f32));
+            if any(is_entered) {
                 let own = self.growth(simd, &face.corners[..corners], seen.weights);
-                found = Vec3::choose(is_nearer, own, found);
-                nearest = nearest.max(nearness);
+                found = Vec3::choose(is_entered, own, found);
             }
         }
         found

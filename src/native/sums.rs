@@ -275,7 +275,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         }
     }
 
-    /// Adds φ of a function at a face, to the rays that it reaches there.
+    /// Adds what a function has at a face, φ for a mean and else φ times its weight, to the rays that it reaches there.
     #[inline(always)]
     fn add<const MEAN: bool>(
         &mut self,
@@ -284,16 +284,16 @@ impl<'a, S: Simd> Sums<'a, S> {
         (phi, within): (Lanes<S>, Mask<S>),
         along: &Along<S>,
     ) {
-        let phi = if MEAN { (phi - self.functions.end()) * along.height } else { phi };
-        let phi = choose(within, phi, all(simd, 0.0));
-        if MEAN {
-            self.coverages[i] += phi;
-            if along.height < 0.0 {
-                return;
-            }
-            self.totals[i] += phi;
+        if !MEAN {
+            self.values[i] += choose(within, phi, all(simd, 0.0));
+            return;
         }
-        self.values[i] += phi * along.weight;
+        let phi = choose(within, (phi - self.functions.end()) * along.height, all(simd, 0.0));
+        self.coverages[i] += phi;
+        if along.height >= 0.0 {
+            self.totals[i] += phi;
+            self.values[i] += phi * along.weight;
+        }
     }
 
     /// Makes means of sums, and finds where rays pass the border of a mean in slabs of which a face has none.
@@ -413,6 +413,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             let off = middle - i as f32;
             let square = (off * off).mul_add(along.a, along.near);
             let phi = basis_of(simd, self.functions.basis(), square);
+            let phi = if MEAN { phi } else { phi * along.weight };
             let within = off.abs().simd_le(along.half);
             self.add::<MEAN>(simd, i, (phi, within), along);
         }
@@ -451,7 +452,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         let (mut value, mut ratio, mut place) = (start, up, off);
         for i in begin..=high {
             let within = place.abs().simd_le(along.half);
-            self.add_weighed::<MEAN>(simd, i, (value, within), along);
+            self.add::<MEAN>(simd, i, (value, within), along);
             value *= ratio;
             ratio *= shrinking;
             place += 1.0;
@@ -464,25 +465,9 @@ impl<'a, S: Simd> Sums<'a, S> {
         for i in (low..begin).rev() {
             ratio *= shrinking;
             let within = place.abs().simd_le(along.half);
-            self.add_weighed::<MEAN>(simd, i, (value, within), along);
+            self.add::<MEAN>(simd, i, (value, within), along);
             value *= ratio;
             place -= 1.0;
-        }
-    }
-
-    /// The same as [`Self::add`], of a value that its weight is in where it is of no mean.
-    #[inline(always)]
-    fn add_weighed<const MEAN: bool>(
-        &mut self,
-        simd: S,
-        i: usize,
-        (value, within): (Lanes<S>, Mask<S>),
-        along: &Along<S>,
-    ) {
-        if MEAN {
-            self.add::<true>(simd, i, (value, within), along);
-        } else {
-            self.values[i] += choose(within, value, all(simd, 0.0));
         }
     }
 

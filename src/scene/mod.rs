@@ -1,7 +1,7 @@
 //! What is to be seen, as plain data: everything a picture depends on except its size.
 //!
-//! Owns [`Scene`], the layers it is made of, the store of their samples, and the settings people change. Refuses drawing, files and widgets. The GPU's
-//! whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`,
+//! Owns [`Scene`], the layers it is made of, the store of their samples, and the settings people change. Refuses drawing,
+//! files and widgets. The GPU's whole state can be rebuilt from it. Imports `core`, `volume`, `transfer`, `kernel`, `hierarchy`,
 //! `vector`, `polygons`.
 
 pub mod annotations;
@@ -13,6 +13,7 @@ mod framing;
 mod inside;
 mod layer;
 mod mode;
+mod orientation;
 mod placing;
 mod polygons;
 mod refusals;
@@ -29,8 +30,8 @@ pub use effect::Effect;
 pub use field_on_mesh::{FieldOnMesh, MeshInField};
 pub use first_look::FirstLook;
 pub use framing::{
-    NamedView, Orientation, UpAxis, among_axes, among_surfaces, axis_letters, box_of_what_shows,
-    framing_all, framing_surfaces, framing_what_shows, in_perspective,
+    among_axes, among_surfaces, box_of_what_shows, framing_all, framing_surfaces,
+    framing_what_shows, in_perspective,
 };
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
@@ -42,6 +43,7 @@ pub use mode::{
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, Moving, OpacityModel,
     Order, Reconstruction, SplatSettings, Visibility,
 };
+pub use orientation::{NamedView, Orientation, UpAxis, axis_letters};
 pub use placing::place_over;
 pub use polygons::{BESIDE, ByArray, POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};
 pub use refusals::{Ground, Refusal};
@@ -59,7 +61,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::core::{Camera, Srgb8};
+use crate::core::{Camera, LinearRgb, Srgb8};
 use crate::transfer::{ColourMap, ColourSource, TransferFunction, presets};
 use crate::volume::{Lattice, ScalarVolume};
 
@@ -70,6 +72,16 @@ pub enum Background {
     Colour(Srgb8),
     /// Nothing: pictures keep their alpha.
     Transparent,
+}
+
+impl Background {
+    /// Its linear colour, if any.
+    pub fn light(self) -> Option<LinearRgb> {
+        match self {
+            Self::Colour(colour) => Some(colour.to_linear()),
+            Self::Transparent => None,
+        }
+    }
 }
 
 /// Everything a picture depends on except its size. Cheap to clone: samples are shared.

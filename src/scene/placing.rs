@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::framing::axis_letters;
+use super::axis_letters;
 use crate::volume::Lattice;
 
 /// Where samples of another file lie in the world of what is shown: what takes their index to it, and what is said of it.

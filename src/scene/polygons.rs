@@ -56,14 +56,6 @@ pub struct ByArray {
 impl ByArray {
     /// The colours that nobody has chosen yet: neither end is dark on a dark ground, nor in the shade of a light.
     pub const FIRST_MAP: ColourMap = ColourMap::CoolWarm;
-
-    /// The colour of a number; [`POLYGON_COLOUR`] where there is none.
-    pub fn colour(&self, value: f64) -> Srgb8 {
-        match value.is_nan() {
-            true => POLYGON_COLOUR,
-            false => ColourSource::Map { map: self.map, range: self.range }.srgb_at(value),
-        }
-    }
 }
 
 /// A mesh at its place in the world.
@@ -172,7 +164,7 @@ impl PolygonLayer {
     }
 
     /// The colours of its numbers, where these colour it.
-    fn colours(&self) -> Option<ColourSource> {
+    pub fn colours(&self) -> Option<ColourSource> {
         let by = || self.look.by.map(|ByArray { map, range, .. }| ColourSource::Map { map, range });
         self.field_colours.clone().or_else(by)
     }
@@ -183,7 +175,8 @@ impl PolygonLayer {
         let [a, b] = colours.range();
         let (low, high) = (a.min(b), a.max(b));
         let step = (high - low) / LEVELS as f64;
-        if !(step > 0.0 && step.is_finite()) {
+        let room = MOST_PARTS.saturating_sub(self.mesh.len()) as f64;
+        if !(step > 0.0 && step.is_finite() && room > 0.0) {
             return Vec::new();
         }
         // How many levels triangles pass, in all.
@@ -197,7 +190,6 @@ impl PolygonLayer {
         let array = self.array().unwrap_or(usize::MAX);
         let passed: f64 = self.mesh.values(array).map(passed).sum();
         // Each makes two parts more of its triangle, about.
-        let room = MOST_PARTS.saturating_sub(self.mesh.len()) as f64;
         let share = if passed > 0.0 { room / (2.0 * passed) } else { 1.0 };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=LEVELS")]
         let count = (LEVELS as f64 * share.min(1.0)) as usize;

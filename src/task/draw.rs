@@ -11,8 +11,7 @@ use crate::kernel::{Kernel, RadialKernel};
 use crate::native::Node;
 use crate::plan::{Plan, SlabField, Way};
 use crate::scene::{
-    Backend, Background, Cells, Classify, CutSettings, OpacityModel, SplatSettings, View,
-    Visibility,
+    Backend, Cells, Classify, CutSettings, OpacityModel, SplatSettings, View, Visibility,
 };
 use crate::transfer::TransferFunction;
 use crate::volume::ScalarVolume;
@@ -655,12 +654,4 @@ fn missing_rmse(cut: &Cut, pixels: f64) -> f64 {
     let layers = covered / pixels;
     let seen = if layers > 0.0 { -(-layers).exp_m1() / layers } else { 1.0 };
     (energy * seen / pixels).sqrt()
-}
-
-/// The background's linear colour, if any.
-pub fn background_light(background: Background) -> Option<crate::core::LinearRgb> {
-    match background {
-        Background::Colour(colour) => Some(colour.to_linear()),
-        Background::Transparent => None,
-    }
 }

@@ -4,9 +4,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::draw::{
-    DrawError, Drawer, Drawn, Observer, Rung, background_light, lists_cut, previews_by_lists,
-};
+use super::draw::{DrawError, Drawer, Drawn, Observer, Rung, lists_cut, previews_by_lists};
 use super::effect_costs::{LeftOut, left_out};
 use super::engine::HeldBytes;
 use super::engines::{Canvas, EngineKind};
@@ -286,7 +284,7 @@ pub(super) fn draw(
         for _ in 0..4 {
             let drawn = drawer.draw(&plan, rung, &mut watch)?;
             let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
-            let shown = drawer.engines.present(background_light(plan.background))?;
+            let shown = drawer.engines.present(plan.background.light())?;
             let coarseness = Coarseness::of(&plan, rung, &drawn, shrink, &shown);
             if let Some(Coarseness::Reduced { sampling_rmse, .. }) = coarseness {
                 let known = drawer.known_rmse(&plan, &drawn)?;
@@ -314,7 +312,7 @@ pub(super) fn draw(
     let (light, reading_ms) = in_memory(drawer)?;
     let mut frame_ms = vec![drawn.wall_ms + reading_ms];
     let light = enlarged(light, drawn.size, *size);
-    let background = background_light(plan.background);
+    let background = plan.background.light();
     let shown = drawer.engines.present(background)?;
     let shrink = f64::from(size[1]) / f64::from(drawn.size[1]);
     let known = drawer.known_rmse(&plan, &drawn)?;

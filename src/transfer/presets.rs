@@ -21,6 +21,18 @@ const THICK_CELLS: f64 = 1.5;
 const MOST_OF_CELLS: f64 = 0.97;
 /// Where matter of a map begins and is dense, in standard deviations of its noise.
 const MAP_LEVELS: [f64; 2] = [2.5, 5.0];
+/// Values of chance are as often above as below, their distances from the middle alike to this, as a logarithm,
+const BELL_IS_EVEN: f64 = 0.25;
+/// and one of a hundred lies so many times as far out as one of six (of a normal distribution: 2.34; where all are as
+/// frequent: 1.44).
+const BELL_TAILS: std::ops::Range<f64> = 1.9..3.2;
+/// Opacities of what stands out of such values, by standard deviations.
+const FLUCTUATIONS: [(f64, f64); 3] = [(1.2, 0.0), (2.0, 0.25), (3.4, 0.8)];
+/// Where a map has a face, in the same.
+const MAP_FACE: f64 = 4.0;
+/// Half the width of a face, in parts of the range of density, and its opacity behind it.
+const HALF_A_FACE: f64 = 0.03;
+const FACE_OPACITY: f64 = 0.95;
 /// Where colours of what is seen from outside end, in parts of the visible range.
 const OUTERMOST: f64 = 0.65;
 /// How far below the least visible value a map that begins in black begins, in parts of the visible range: matter that
@@ -77,7 +89,7 @@ pub(super) fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction 
 /// A transfer function for a volume nobody has looked at yet, by what kind of values it has ([`Kind`]).
 ///
 /// CT has that of soft tissue, labels a colour each, maps of electron microscopes a face at five times their noise. Of
-/// all else the commonest value (air, water, zero) is hidden, what lies beyond the valley after it is shown, translucent
+/// computed values that lie about one as those of chance do what stands out is shown. Of all else the commonest value (air, water, zero) is hidden, what lies beyond the valley after it is shown, translucent
 /// where there is much of it and opaque where there is little, and coloured over the range it fills: in the colours of
 /// anatomy where values are whole numbers up to 255, in greys where these are larger, in viridis where they are fractions or as
 /// smooth as such, or where what is hidden is the brightest. Outliers move neither, nor do marks that somebody burned into a scan: these are
@@ -99,7 +111,10 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
         Kind::Map { noise } => return of_map(statistics, noise),
         Kind::EightBits => ColourMap::CtLike,
         Kind::WholeNumbers => ColourMap::Gray,
-        Kind::Rounded | Kind::Fractions => ColourMap::Viridis,
+        Kind::Rounded | Kind::Fractions => match bell(statistics) {
+            Some(bell) => return of_fluctuations(statistics, bell),
+            None => ColourMap::Viridis,
+        },
     };
     by_percentiles(statistics, map, |share| {
         // Much visible matter must be thinner to be looked through.
@@ -190,6 +205,46 @@ pub fn of_cells(statistics: &Statistics, depth: f64) -> TransferFunction {
 pub fn of_points(statistics: &Statistics) -> TransferFunction {
     let colour = of_cells(statistics, f64::INFINITY).colour;
     TransferFunction::of(vec![(statistics.min, 1.0)], colour)
+}
+
+/// For a map of density in Å, of molecules: matter has a face where density passes the value that parts it from what surrounds it,
+/// as programs for molecules show it, and nothing is seen through it.
+pub fn of_density(statistics: &Statistics) -> TransferFunction {
+    let (low, high) = (statistics.quantile(0.002), statistics.quantile(0.998));
+    if !(low < high && (high - low).is_finite()) {
+        return default_for(statistics);
+    }
+    let parted = otsu(&histogram_of(statistics, [low, high])) + 1;
+    let parted = low + (high - low) * parted as f64 / BINS as f64;
+    // Of noise and little matter in it both parts are noise.
+    let level = match Kind::of(statistics) {
+        Kind::Map { noise } => parted.max(MAP_FACE * noise).min(high),
+        _ => parted,
+    };
+    let half = HALF_A_FACE * (high - low);
+    let opacity = vec![(level - half, 0.0), (level + half, FACE_OPACITY)];
+    TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::Lapaz, range: [low, high] })
+}
+
+/// The mean and the standard deviation of values that lie about one as those of chance do, to both sides of it.
+fn bell(statistics: &Statistics) -> Option<[f64; 2]> {
+    let [least, low, middle, high, most] =
+        [0.01, 0.16, 0.5, 0.84, 0.99].map(|share| statistics.quantile(share));
+    let tails = [(middle - least) / (middle - low), (most - middle) / (high - middle)];
+    let is_even = ((high - middle) / (middle - low)).ln().abs() < BELL_IS_EVEN;
+    (is_even && tails.iter().all(|tail| BELL_TAILS.contains(tail)))
+        .then_some([middle, (high - low) / 2.0])
+}
+
+/// What stands out of a field that goes up and down everywhere: with the rest it would be a block.
+fn of_fluctuations(statistics: &Statistics, [mean, deviation]: [f64; 2]) -> TransferFunction {
+    let points = FLUCTUATIONS.map(|(times, opacity)| (mean + times * deviation, opacity));
+    let mut opacity: Vec<_> =
+        points.into_iter().filter(|(value, _)| *value < statistics.max).collect();
+    opacity.push((statistics.max, FLUCTUATIONS[2].1));
+    // What begins to show is no darker than the middle.
+    let range = [mean, statistics.quantile(0.999)];
+    TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::Viridis, range })
 }
 
 /// For differences: clear where they are small, and of two colours by their sign.
@@ -347,11 +402,7 @@ impl Background {
             let side = if above >= below { Side::Low } else { Side::High };
             return Self { side, edge: low };
         }
-        let bin_of = |v: f64| (((v - low) / (high - low)) * BINS as f64) as usize;
-        let mut histogram = [0_u32; BINS];
-        for &v in quantiles.iter().filter(|v| (low..=high).contains(*v)) {
-            histogram[bin_of(v).min(BINS - 1)] += 1;
-        }
+        let histogram = histogram_of(statistics, [low, high]);
         let value = |bin: usize| low + (high - low) * bin as f64 / BINS as f64;
         let peak = (0..BINS).max_by_key(|&i| (histogram[i], BINS - i)).unwrap_or(0);
         let split = otsu(&histogram);
@@ -385,6 +436,16 @@ impl Background {
             _ => visible,
         }
     }
+}
+
+/// How many quantiles lie in each part of a range.
+fn histogram_of(statistics: &Statistics, [low, high]: [f64; 2]) -> [u32; BINS] {
+    let mut histogram = [0_u32; BINS];
+    for &v in statistics.quantiles.iter().filter(|v| (low..=high).contains(*v)) {
+        let bin = ((v - low) / (high - low) * BINS as f64) as usize;
+        histogram[bin.min(BINS - 1)] += 1;
+    }
+    histogram
 }
 
 /// Nine values evenly from low to high.
@@ -542,6 +603,23 @@ mod tests {
         let (_, f) = of(Samples::Float32(values.collect()));
         assert_eq!((f.opacity_at(0.0), f.opacity_at(1.2)), (0.0, 0.0), "{f:?}");
         assert!(f.opacity_at(6.0) > 0.3, "{f:?}");
+    }
+
+    #[test]
+    fn of_a_field_that_goes_up_and_down_everywhere_what_stands_out_is_shown() {
+        let mut seed = 8;
+        // Of standard deviation 1 about 5, and evenly about the same.
+        let sum = |count: u32, seed: &mut u32| (0..count).map(|_| noise(seed) - 0.5).sum::<f64>();
+        let chance: Vec<f64> = (0..60_000).map(|_| 5.0 + sum(12, &mut seed)).collect();
+        let even: Vec<f64> =
+            (0..60_000).map(|_| 5.0 + 12.0_f64.sqrt() * sum(1, &mut seed)).collect();
+        let shown = |values: Vec<f64>| {
+            let (_, f) = of(Samples::Float64(values));
+            [5.0, 6.0, 7.0, 8.4].map(|value| f.opacity_at(value))
+        };
+        let [at_the_middle, near, out, far] = shown(chance);
+        assert!((at_the_middle, near) == (0.0, 0.0) && (0.2..0.3).contains(&out) && far > 0.75);
+        assert!(shown(even)[1] > 0.0, "nothing of it stands out");
     }
 
     #[test]

@@ -105,6 +105,14 @@ impl Lattice {
         .fold(0.0, f64::max)
     }
 
+    /// The least and the greatest world coordinates of every voxel's box.
+    pub fn world_bounds(&self) -> [DVec3; 2] {
+        let axes = self.axes();
+        let half = 0.5 * (self.last_index() + DVec3::ONE);
+        let reach = DMat3::from_cols_array(&axes.to_cols_array().map(f64::abs)) * half;
+        [self.centre() - reach, self.centre() + reach]
+    }
+
     /// The smallest world distance between neighbours along an axis; > 0 once checked.
     pub fn smallest_spacing(&self) -> f64 {
         let axes = self.axes();

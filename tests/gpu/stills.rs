@@ -9,7 +9,6 @@ use voxsplat::core::colour::srgb_bytes;
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::Wishes;
 use voxsplat::scene::{Backend, Background, Classify, OpacityModel, Scene, Visibility};
-use voxsplat::task::draw::background_light;
 use voxsplat::task::engine::Engine;
 use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
 use voxsplat::volume::{Lattice, Samples};
@@ -166,7 +165,7 @@ fn the_bytes_of_a_still_are_its_light_over_its_background() {
             let mut asked = request(refine);
             asked.scene.background = background;
             let still = draw(engine, asked);
-            let expected = srgb_bytes(&still.light, background_light(background));
+            let expected = srgb_bytes(&still.light, background.light());
             assert_eq!(still.rgba.len(), expected.len());
             let most = still.rgba.iter().zip(&expected).map(|(a, b)| a.abs_diff(*b)).max();
             println!("measured bytes over {background:?}, {refine:?}: {most:?} apart");

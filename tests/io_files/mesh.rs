@@ -33,6 +33,21 @@ fn read(name: &str, bytes: &[u8]) -> Result<OpenedMesh, String> {
     })
 }
 
+#[test]
+fn volumes_are_no_triangles_and_that_is_said() {
+    let vtk = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nORIGIN 0 0 0\n\
+               SPACING 1 1 1\nPOINT_DATA 8\nSCALARS v float\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8\n";
+    let nrrd = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 1 1 1\nencoding: raw\n\nx";
+    for (name, text) in [("a.vtk", vtk), ("a.nrrd", nrrd)] {
+        let told = read(name, text.as_bytes()).expect_err("no triangles");
+        let format = &name[2..];
+        assert!(
+            told.contains(&format!("found a volume or points ({format}); open it by itself")),
+            "{told}"
+        );
+    }
+}
+
 /// Corners of every triangle, in order.
 fn soup(mesh: &Mesh) -> Vec<[Vec3; 3]> {
     mesh.triangles(false).map(|t| t.corners).collect()

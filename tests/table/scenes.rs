@@ -13,7 +13,6 @@ use voxsplat::scene::{
     Light, Lighting, Plane, PolygonLayer, PolygonLook, SampleSource, Scene, Slice, SplatSettings,
     VectorLayer, framing_camera, opening,
 };
-use voxsplat::task::draw::background_light;
 use voxsplat::transfer::{ColourSource, NoData, Region, RegionShape, TransferFunction};
 use voxsplat::vector::{Design, Foreshortening, VectorMode, VectorSettings};
 use voxsplat::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
@@ -132,7 +131,7 @@ pub(crate) fn thinner(scene: &Scene, times: f64) -> Scene {
 
 /// What is laid behind it.
 pub(crate) fn background(scene: &Scene) -> Option<LinearRgb> {
-    background_light(scene.background)
+    scene.background.light()
 }
 
 /// Why it cannot be drawn, where that is known before.

@@ -16,9 +16,11 @@ use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, ViewportId, vec2}
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::app::compare::Display;
 use voxsplat::app::measuring::State;
+use voxsplat::core::Srgb8;
 use voxsplat::kernel::{Kernel, Subdivisions};
 use voxsplat::scene::{
-    Backend, Classify, ErrorMeasure, OpacityModel, Order, Reconstruction, SplatSettings, Visibility,
+    Backend, Background, Classify, ErrorMeasure, OpacityModel, Order, Reconstruction,
+    SplatSettings, Visibility,
 };
 
 use voxsplat::task::engine::EngineChoice;
@@ -502,6 +504,23 @@ fn a_picture_gives_way_to_the_next_at_rest() {
     for by in Painter::BOTH {
         picture_gives_way(by);
     }
+}
+
+/// A black window says nothing of why: of the opacities, of a clip box, of a view that looks elsewhere.
+#[test]
+fn a_picture_of_the_background_alone_says_what_to_try() {
+    let mut bench = Bench::opened();
+    let words = "Nothing shows in this view";
+    assert!(!bench.shows(words));
+    let Background::Colour(Srgb8([behind, ..])) = bench.last_request().scene.background else {
+        panic!("a grey");
+    };
+    bench.engine.hand_out_grey(behind);
+    bench.settle();
+    assert!(bench.shows(words));
+    bench.engine.hand_out_grey(behind + 1);
+    bench.settle();
+    assert!(!bench.shows(words), "matter of one colour that fills the view");
 }
 
 fn picture_gives_way(by: Painter) {

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::super::error::{Problem, ReadError, header};
+use super::super::error::{Problem, ReadError, header, unrecognised};
 use super::super::unstructured::{self, Part, field_of, kind};
 use super::super::{Format, OpenOptions, Opened};
 use super::points;
-use super::{MeshFormat, OpenedMesh, Parts, no_mesh, parts_of, without_doubles};
+use super::{EXPECTED, MeshFormat, OpenedMesh, Parts, no_mesh, parts_of, without_doubles};
 use crate::cells::Listing;
 use crate::core::Srgb8;
 use crate::core::progress::Ticket;
@@ -68,17 +68,25 @@ pub(super) fn of_cells(
     free_bytes: u64,
     ticket: &Ticket,
 ) -> Result<Option<OpenedMesh>, Problem> {
-    let has_cells = matches!(
-        super::super::recognise(path),
-        Ok(Format::Vtu | Format::Vtp | Format::Vtk | Format::Exodus | Format::NetCdf)
-    );
-    if !has_cells {
-        return Ok(None);
+    let format = match super::super::recognise(path) {
+        Ok(Format::Polygons(_)) | Err(_) => return Ok(None),
+        Ok(format) => format,
+    };
+    let no_triangles = || {
+        unrecognised(
+            EXPECTED,
+            format!("a volume or points ({})", format.name()),
+            "open it by itself; an isosurface (--iso) shows where a volume has a value",
+        )
+    };
+    if !matches!(format, Format::Vtu | Format::Vtp | Format::Vtk | Format::Exodus | Format::NetCdf)
+    {
+        return Err(no_triangles());
     }
     let options = OpenOptions { memory_limit_bytes: Some(free_bytes), ..OpenOptions::default() };
     let opened = super::super::read(path, &options, ticket)?;
     if !matches!(opened.grid.shape, Shape::Unstructured(_)) {
-        return Ok(None);
+        return Err(no_triangles());
     }
     let mesh = mesh_of(&opened.grid, name, None, ticket).map_err(|error| match error {
         Unmade::Mesh(error) => no_mesh(error),

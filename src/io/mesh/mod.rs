@@ -178,13 +178,17 @@ impl Parts {
     }
 }
 
+/// What a file of triangles may be.
+const EXPECTED: &str =
+    "a mesh in an STL, PLY or OBJ file (.stl, .ply, .obj), or cells of VTK or Exodus II";
+
 fn recognise(path: &Path, bytes: &[u8]) -> Result<MeshFormat, Problem> {
     if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         return Ok(MeshFormat::Ply);
     }
     MeshFormat::of(path).ok_or_else(|| {
         unrecognised(
-            "a mesh in an STL, PLY or OBJ file (.stl, .ply, .obj), or cells of VTK or Exodus II",
+            EXPECTED,
             format!("bytes that begin with {}", quoted_bytes(bytes)),
             "convert it, or give the file the ending of its format",
         )

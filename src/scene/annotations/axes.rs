@@ -45,16 +45,7 @@ struct Edge {
 
 impl<'a> Seen<'a> {
     fn new(lattice: &Lattice, camera: &'a Camera, size: DVec2) -> Self {
-        let last = DVec3::from(lattice.dims.map(|n| n as f64)) - 0.5;
-        let corners = (0..8_u32).map(|corner| {
-            let at =
-                DVec3::from([0, 1, 2].map(|a| if corner >> a & 1 == 1 { last[a] } else { -0.5 }));
-            lattice.world_from_index(at)
-        });
-        let (low, high) = corners.fold(
-            (DVec3::splat(f64::INFINITY), DVec3::splat(f64::NEG_INFINITY)),
-            |(low, high), corner| (low.min(corner), high.max(corner)),
-        );
+        let [low, high] = lattice.world_bounds();
         let facing = [0, 1, 2].map(|axis: usize| {
             [0, 1].map(|end: usize| {
                 let face = if end == 0 { low[axis] } else { high[axis] };

@@ -69,18 +69,11 @@ impl<'a> Legend<'a> {
     }
 
     /// Of polygons that are coloured by numbers on them.
-    fn of_surface(PolygonLayer { mesh, look, field_colours }: PolygonLayer) -> Option<Self> {
-        if let Some(colours) = field_colours {
-            let title = mesh.arrays().first()?.name.clone();
-            let [a, b] = colours.range();
-            let colour = Box::new(move |at: f64| colours.srgb_at(at).to_linear().0);
-            let range = [a.min(b), a.max(b)];
-            return Some(Self { title, range, colour, opacity: None, names: Vec::new() });
-        }
-        let by = look.by?;
-        let title = mesh.arrays().get(by.array)?.name.clone();
-        let [a, b] = by.range;
-        let colour = Box::new(move |at: f64| by.colour(at).to_linear().0);
+    fn of_surface(layer: PolygonLayer) -> Option<Self> {
+        let colours = layer.colours()?;
+        let title = layer.mesh.arrays().get(layer.array()?)?.name.clone();
+        let [a, b] = colours.range();
+        let colour = Box::new(move |at: f64| colours.srgb_at(at).to_linear().0);
         Some(Self { title, range: [a.min(b), a.max(b)], colour, opacity: None, names: Vec::new() })
     }
 

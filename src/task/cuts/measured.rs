@@ -8,7 +8,7 @@ use super::candidate::Candidate;
 use super::{CutNumber, FieldCuts};
 use crate::core::{LinearRgb, Projection};
 use crate::plan::{Plan, SlabField, Way};
-use crate::task::draw::{DrawError, Drawer, Drawn, Observer, background_light};
+use crate::task::draw::{DrawError, Drawer, Drawn, Observer};
 use crate::task::estimate::field_rmse;
 use crate::task::previews::{Reduction, is_of_few_cells};
 use crate::task::remaining::Every;
@@ -271,7 +271,7 @@ impl Drawer {
 }
 
 fn behind(plan: &Plan) -> LinearRgb {
-    background_light(plan.background).unwrap_or_default()
+    plan.background.light().unwrap_or_default()
 }
 
 /// RMSE between two pictures over RGB, linear light, over what lies behind them.

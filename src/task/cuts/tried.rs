@@ -3,7 +3,7 @@
 use crate::accuracy;
 use crate::gpu::GpuError;
 use crate::plan::{Plan, SlabField};
-use crate::task::draw::{DrawError, Drawer, Rung, background_light};
+use crate::task::draw::{DrawError, Drawer, Rung};
 use crate::task::engines::Canvas;
 use crate::task::estimate::Coarseness;
 use crate::task::previews::Reduction;
@@ -45,7 +45,7 @@ impl Drawer {
         for _ in 0..3 {
             let drawn = self.draw(plan, rung, &mut ())?;
             let shrink = f64::from(plan.size[1]) / f64::from(drawn.size[1]);
-            let shown = self.engines.present(background_light(plan.background))?;
+            let shown = self.engines.present(plan.background.light())?;
             if let Some(Coarseness::Reduced { sampling_rmse, .. }) =
                 Coarseness::of(plan, rung, &drawn, shrink, &shown)
             {

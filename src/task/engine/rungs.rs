@@ -13,7 +13,7 @@ use crate::gpu::GpuError;
 use crate::kernel::Kernel;
 use crate::plan::{Plan, Way};
 use crate::scene::{Backend, Scene, SplatSettings};
-use crate::task::draw::{DrawError, Drawer, Drawn, Rung, background_light};
+use crate::task::draw::{DrawError, Drawer, Drawn, Rung};
 use crate::task::engines::{Canvas, EngineKind};
 use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::level::LevelOfDetail;
@@ -468,7 +468,7 @@ impl Worker {
         drawn: &Drawn,
     ) -> Result<Picture, DrawError> {
         let drawer = self.device()?;
-        let rgba = drawer.engines.present(background_light(request.scene.background))?;
+        let rgba = drawer.engines.present(request.scene.background.light())?;
         let (held, engine) = (drawer.engines.held(), drawer.engines.drew());
         let name = drawer.engines.name();
         let not_native = drawer.engines.why_not_native(&request.plan());

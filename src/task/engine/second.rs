@@ -9,7 +9,7 @@ use crate::core::Ticket;
 use crate::gpu::GpuError;
 use crate::plan::Plan;
 use crate::scene::Scene;
-use crate::task::draw::{DrawError, Observer, Rung, background_light};
+use crate::task::draw::{DrawError, Observer, Rung};
 use crate::task::engines::Canvas;
 use crate::task::estimate;
 use crate::task::level::LevelOfDetail;
@@ -93,7 +93,7 @@ impl Worker {
         let mut aside = Aside(self);
         let prepared = drawer.prepare_watched(&plan, &Ticket::new(), &mut aside);
         let drawn = prepared.and_then(|()| drawer.draw(&plan, Rung::Full, &mut aside));
-        let background = background_light(scene.background);
+        let background = scene.background.light();
         let drawn = drawn.and_then(|drawn| Ok((drawn, drawer.engines.present(background)?)));
         let (held, drew) = (drawer.engines.held(), drawer.engines.drew());
         let active = drawer.active_count();

@@ -8,7 +8,7 @@ use super::worker::Worker;
 use super::{EngineState, FrameRequest};
 use crate::scene::Shading;
 use crate::task::cells::CutSource;
-use crate::task::draw::{Drawer, Drawn, Observer, PIECE_MS, background_light};
+use crate::task::draw::{Drawer, Drawn, Observer, PIECE_MS};
 use crate::task::engines::Canvas;
 use crate::task::estimate;
 use crate::task::level::LevelOfDetail;
@@ -100,7 +100,7 @@ impl Observer for Watch<'_> {
         }
         if show_partial && done > 0.0 && done < 1.0 && self.last_partial.elapsed() >= PARTIAL_EVERY
         {
-            let background = background_light(self.request.scene.background);
+            let background = self.request.scene.background.light();
             // A failing device is reported by the rung itself.
             if let Ok(rgba) = drawn_so_far.present(background) {
                 let kernels = (self.active.unwrap_or(0) as f64 * done) as u64;

@@ -3,7 +3,6 @@
 use crate::accuracy::{self, CompareError};
 use crate::core::colour::linear_from_srgb;
 use crate::scene::Background;
-use crate::task::draw::background_light;
 use crate::task::engine::Picture;
 
 /// How fast what is lost may grow with the distance between pixels, as powers of it: linear
@@ -63,7 +62,7 @@ pub fn sampling_rmse(size: [u32; 2], rgba: &[u8]) -> f64 {
 /// Root mean square over RGB of what a picture's light is beyond its background's, linear; at up to
 /// [`MOST_PIXELS`] pixels.
 pub(super) fn light_rms(background: Background, rgba: &[u8]) -> f64 {
-    let behind = background_light(background).map_or([0.0; 3], |colour| colour.0);
+    let behind = background.light().map_or([0.0; 3], |colour| colour.0);
     let light: Vec<f64> =
         (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
     let step = (rgba.len() / 4).div_ceil(MOST_PIXELS).max(1);
