@@ -359,7 +359,7 @@ fn points(
         let all = without_value.len();
         without_value.truncate(MOST_TOLD);
         warnings.push(format!(
-            "some points have no finite value (missing, NaN or infinite), and are left out of the field, not as bodies: {}",
+            "some points have no finite value (missing, NaN or infinite): {}",
             and_more(without_value, all)
         ));
     }

@@ -88,12 +88,12 @@ pub(super) fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction 
 
 /// A transfer function for a volume nobody has looked at yet, by what kind of values it has ([`Kind`]).
 ///
-/// CT has that of soft tissue, labels a colour each, maps of electron microscopes a face at five times their noise. Of
-/// computed values that lie about one as those of chance do what stands out is shown. Of all else the commonest value (air, water, zero) is hidden, what lies beyond the valley after it is shown, translucent
-/// where there is much of it and opaque where there is little, and coloured over the range it fills: in the colours of
-/// anatomy where values are whole numbers up to 255, in greys where these are larger, in viridis where they are fractions or as
-/// smooth as such, or where what is hidden is the brightest. Outliers move neither, nor do marks that somebody burned into a scan: these are
-/// hidden.
+/// CT has that of soft tissue, labels a colour each, maps of electron microscopes a face at five times their noise. Of values that
+/// lie about one as those of chance do what stands out is shown. Of all else the commonest value (air, water, zero) is hidden, what
+/// lies beyond the valley after it is shown, translucent where there is much of it and opaque where there is little, and coloured
+/// over the range it fills: in the colours of anatomy where values are whole numbers up to 255, in greys where these are larger, in
+/// viridis where they are fractions or as smooth as such, or where what is hidden is the brightest. Outliers move neither, nor do
+/// marks that somebody burned into a scan: these are hidden.
 pub fn default_for(statistics: &Statistics) -> TransferFunction {
     if statistics.min == statistics.max {
         return of_constant(statistics, ColourMap::Viridis);
@@ -105,16 +105,16 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
         // Their faces are of values that matter has, too: what it hides of them is not seen.
         return clear_of_marks(of_outside(&scan), [scan.max, statistics.max]);
     }
-    let map = match Kind::of(statistics) {
-        Kind::Ct { zero } => return shifted(ct_soft(), zero),
-        Kind::Labels => return of_labels(statistics),
-        Kind::Map { noise } => return of_map(statistics, noise),
-        Kind::EightBits => ColourMap::CtLike,
-        Kind::WholeNumbers => ColourMap::Gray,
-        Kind::Rounded | Kind::Fractions => match bell(statistics) {
-            Some(bell) => return of_fluctuations(statistics, bell),
-            None => ColourMap::Viridis,
-        },
+    let map = match (Kind::of(statistics), bell(statistics)) {
+        (Kind::Ct { zero }, _) => return shifted(ct_soft(), zero),
+        (Kind::Labels, _) => return of_labels(statistics),
+        (Kind::Map { noise }, _) => return of_map(statistics, noise),
+        (Kind::EightBits | Kind::Rounded | Kind::Fractions, Some(bell)) => {
+            return of_fluctuations(statistics, bell);
+        }
+        (Kind::EightBits, None) => ColourMap::CtLike,
+        (Kind::WholeNumbers, _) => ColourMap::Gray,
+        (Kind::Rounded | Kind::Fractions, None) => ColourMap::Viridis,
     };
     by_percentiles(statistics, map, |share| {
         // Much visible matter must be thinner to be looked through.
