@@ -355,7 +355,9 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         let (enter, leave) = (enter * scale - (first + NEAR), leave * scale - (first - NEAR));
         let Some(faces) = self.faces_within(simd, is_met, [enter, leave]) else { return };
         let nothing = all(simd, NOTHING);
-        let mut unit = own.middle(simd);
+        let middle = own.middle(simd);
+        let [mut guess, mut last] = [middle; 2];
+        let mut was_within = Mask::splat(simd, false);
         for i in faces {
             if self.open >> i & 1 == 0 {
                 continue;
@@ -369,9 +371,11 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
                 continue;
             }
             let place = packet.at(all(simd, (first + i as f32) * self.window.step));
-            let (found, within) = own.unit(simd, place, unit);
-            // Those far outside begin anew.
-            unit = Vec3::choose(within, found, own.middle(simd));
+            let (found, within) = own.unit(simd, place, guess);
+            // The next face lies about as far on. Those outside begin anew.
+            let on = found.scaled(all(simd, 2.0)).at(last, all(simd, -1.0));
+            guess = Vec3::choose(within & was_within, on, Vec3::choose(within, found, middle));
+            (last, was_within) = (found, within);
             let within = within & open;
             if !any(within) {
                 continue;

@@ -1,7 +1,7 @@
 //! The shapes of cells: where a place lies in one, and the value there, eight places at a time.
 
 use fearless_simd::{Simd, prelude::*};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::lanes::{Lanes, Mask, Vec3, all, any, choose};
 use super::rays::Packet;
@@ -9,10 +9,14 @@ use crate::cells::{Kind, Placed, Rim};
 
 /// Samples about a cell in which it may be found, for its rim.
 pub(super) const BEYOND: f64 = 1e-3;
-/// Steps of Newton's method, at most; solids that are no parallelepipeds but like one take three.
+/// Steps of Newton's method, at most.
 const MOST_STEPS: usize = 8;
-/// No more steps follow one as short as this, in units of the cell.
-const SHORT: f32 = 1e-4;
+/// No more steps follow one as short as this, in units of the cell, however bent that is.
+const SHORT: f64 = 1e-4;
+/// Steps are never longer.
+const LONGEST: f64 = 1e3;
+/// How far from the place itself the last step may end, in units of the cell.
+const NEAR_ENOUGH: f64 = 3e-6;
 
 /// A tetrahedron.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +42,9 @@ pub(super) struct Bent {
     pub bounds: [[f32; 3]; 2],
     /// How far outside counts as inside, along r, s and t, in units of it.
     pub rims: [f32; 3],
+    /// No more steps of Newton's method follow one as short as this, in units of it: any of a parallelepiped, where the first
+    /// one ends at the place.
+    pub last_step: f32,
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
@@ -63,19 +70,46 @@ pub(super) fn of_tetrahedron(
     })
 }
 
+/// The length of a step of Newton's method after which what is left is no more than [`NEAR_ENOUGH`].
+///
+/// A step of length h leaves |J⁻¹| |Δ|, where Δ is what the map from (r, s, t) to places has beside its linear part about the
+/// place: no more than h² times the sum of the factors of rs, st, rt and, four times, rst.
+fn last_step([_, by_r, by_s, by_t, by_rs, by_st, by_rt, by_rst]: [DVec3; 8]) -> f64 {
+    let bend = by_rs.length() + by_st.length() + by_rt.length() + 4.0 * by_rst.length();
+    let slopes = |corner: u32| {
+        let [r, s, t] = [0, 1, 2].map(|axis| f64::from(corner >> axis & 1));
+        DMat3::from_cols(
+            by_r + s * by_rs + t * by_rt + s * t * by_rst,
+            by_s + r * by_rs + t * by_st + r * t * by_rst,
+            by_t + s * by_st + r * by_rt + r * s * by_rst,
+        )
+    };
+    let steepest = (0..8).map(|corner| {
+        let [x, y, z] = slopes(corner).inverse().to_cols_array_2d().map(DVec3::from);
+        (x.length_squared() + y.length_squared() + z.length_squared()).sqrt()
+    });
+    // Not a number, or infinite, where a corner has no inverse, as the tip of a pyramid.
+    let steepest = steepest.fold(0.0, |most, own| if own <= most { most } else { own });
+    match (NEAR_ENOUGH / (bend * steepest)).sqrt() {
+        step if steepest.is_finite() && step > SHORT => step.min(LONGEST),
+        _ => SHORT,
+    }
+}
+
 pub(super) fn of_solid(placed: &Placed, values: [f32; 8], rim: Rim) -> Bent {
     let [low, high] = placed.bounds();
     let about = DVec3::splat(BEYOND);
     // By how fast r, s and t grow in its middle.
     let rims = placed.rows().map(|row| rim.along(row).min(Rim::WIDEST / 10.0));
-    let kind = placed.kind();
+    let (kind, factors) = (placed.kind(), placed.factors());
     Bent {
         origin: placed.corners()[0].as_vec3().to_array(),
         kind,
-        places: placed.factors().map(|by| by.as_vec3().to_array()),
+        places: factors.map(|by| by.as_vec3().to_array()),
         values: kind.polynomial(values),
         bounds: [(low - about).as_vec3().to_array(), (high + about).as_vec3().to_array()],
         rims: rims.map(narrow),
+        last_step: narrow(last_step(factors)),
     }
 }
 
@@ -194,7 +228,7 @@ impl Bent {
             step = choose(is_sound, size, all(simd, 1.0));
             // Places that are far outside twice do not settle, and need not.
             let is_far = self.beyond(simd, unit).simd_gt(all(simd, 0.5));
-            if !any(step.simd_gt(all(simd, SHORT)) & !(is_far & was_far)) {
+            if !any(step.simd_gt(all(simd, self.last_step)) & !(is_far & was_far)) {
                 break;
             }
             was_far = is_far;
@@ -215,7 +249,8 @@ impl Bent {
                         .simd_ge(all(simd, 0.0))
             }
         };
-        (unit, is_near & step.simd_le(all(simd, 30.0 * SHORT)))
+        let settled = self.last_step.max(narrow(30.0 * SHORT));
+        (unit, is_near & step.simd_le(all(simd, settled)))
     }
 
     /// The places in its box.
