@@ -217,14 +217,25 @@ fn every_shortcut_does_what_it_says() {
             | Action::PasteTransfer
             | Action::About => unreachable!("it has no key"),
             Action::Undo => {
+                assert!(bench.shows("There is nothing to undo"), "the view is no edit");
+                let first = bench.window().settings().annotations;
+                bench.harness.key_press(Key::T);
+                bench.harness.run_steps(3);
+                assert_ne!(bench.window().settings().annotations, first);
+                press(&mut bench);
+                assert_eq!(bench.window().settings().annotations, first);
+                assert_eq!(bench.camera(), before);
+            }
+            Action::Redo => assert!(bench.shows("There is nothing to redo")),
+            Action::PreviousView => {
                 assert_ne!(bench.camera(), before);
-                bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
+                bench.harness.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
                 bench.harness.run_steps(3);
                 assert_eq!(bench.camera(), before);
             }
-            Action::Redo => {
-                assert!(bench.shows("There is nothing to redo"));
-                bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+            Action::NextView => {
+                assert!(bench.shows("There is no later view"));
+                bench.harness.key_press_modifiers(Modifiers::ALT, Key::ArrowLeft);
                 bench.harness.run_steps(3);
                 assert_ne!(bench.camera(), before);
                 press(&mut bench);
@@ -408,33 +419,34 @@ fn escape_ends_tools_once_nothing_else_is_there_to_be_left() {
 #[test]
 fn steps_go_back_behind_menus_and_dialogs_unless_text_is_typed() {
     let mut bench = Bench::opened();
-    let before = bench.camera();
+    let annotations = |bench: &Bench| bench.window().settings().annotations;
+    let before = annotations(&bench);
     let press = |bench: &mut Bench, modifiers: Modifiers, key: Key| {
         bench.harness.key_press_modifiers(modifiers, key);
         bench.harness.run_steps(3);
     };
     let undo = |bench: &mut Bench| press(bench, Modifiers::COMMAND, Key::Z);
-    press(&mut bench, Modifiers::NONE, Key::Num1);
-    let turned = bench.camera();
+    press(&mut bench, Modifiers::NONE, Key::B);
+    let changed = annotations(&bench);
     bench.harness.get_by_label("Edit").click();
     bench.harness.run_steps(3);
     assert!(is_listed(&bench, "Redo"));
     undo(&mut bench);
-    assert_eq!(bench.camera(), before, "behind a menu");
+    assert_eq!(annotations(&bench), before, "behind a menu");
     press(&mut bench, Modifiers::NONE, Key::Escape);
     press(&mut bench, Modifiers::COMMAND, Key::Y);
-    assert_eq!(bench.camera(), turned);
+    assert_eq!(annotations(&bench), changed);
     press(&mut bench, Modifiers::NONE, Key::H);
     assert!(bench.shows("Put what is under the cursor in the centre"));
     undo(&mut bench);
-    assert_eq!(bench.camera(), before, "behind the list of keys");
+    assert_eq!(annotations(&bench), before, "behind the list of keys");
     assert!(bench.shows("Put what is under the cursor in the centre"));
     press(&mut bench, Modifiers::NONE, Key::Escape);
     press(&mut bench, Modifiers::COMMAND, Key::Y);
     // A path is being typed, and its own steps are meant.
     press(&mut bench, Modifiers::COMMAND, Key::L);
     undo(&mut bench);
-    assert_eq!(bench.camera(), turned, "while text is typed");
+    assert_eq!(annotations(&bench), changed, "while text is typed");
 }
 
 /// A window that no panel fits beside the picture keeps the picture; once wider, it is as before.

@@ -35,6 +35,8 @@ pub enum Action {
     TurnUpsideDown,
     ToggleProjection,
     ResetView,
+    PreviousView,
+    NextView,
     Converge,
     ToggleLights,
     ToggleScalarBar,
@@ -115,6 +117,10 @@ const fn command(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
 }
 
+const fn alternate(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::ALT, key))
+}
+
 const fn shifted(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
 }
@@ -134,7 +140,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 45] = [
+pub const ACTIONS: [Entry; 47] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -205,7 +211,7 @@ pub const ACTIONS: [Entry; 45] = [
         Menu::Edit,
         "Undo",
         command(Key::Z),
-        "Take back the last change of anything in the window",
+        "Take back the last change; views have steps of their own (Alt+Left)",
     ),
     entry(
         Action::Redo,
@@ -287,6 +293,20 @@ pub const ACTIONS: [Entry; 45] = [
         "Reset view",
         plain(Key::Enter),
         "Show all that can be seen, as when it was opened",
+    ),
+    entry(
+        Action::PreviousView,
+        Menu::View,
+        "Previous view",
+        alternate(Key::ArrowLeft),
+        "Look again from where you looked before; nothing else changes",
+    ),
+    entry(
+        Action::NextView,
+        Menu::View,
+        "Next view",
+        alternate(Key::ArrowRight),
+        "Look from where you looked before you went back",
     ),
     entry(
         Action::Converge,

@@ -10,6 +10,7 @@ use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
 use super::document::{Document, RawLayout, ReadFailure, Source};
 use super::file_dialog::{Answer, FileDialog};
+use super::history::History;
 use super::job::{Ended, Job};
 use super::modes;
 use super::panels::POLYGONS;
@@ -296,6 +297,7 @@ impl Window {
 
     /// Lets go of what belongs to the file that was open, before another is shown.
     pub(super) fn leave_file(&mut self, ctx: &Context, other: &Document) {
+        self.views = History::default();
         self.vectors = Vectors::default();
         self.flow.job = None;
         self.encoding = None;

@@ -47,7 +47,7 @@ use super::saving::{Renderer, Saved};
 use super::settings::Settings;
 use super::slice_handles::SliceHandles;
 use super::theme;
-use super::undoing::{State, Wheel};
+use super::undoing::State;
 use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
@@ -109,7 +109,8 @@ pub struct Window {
     pub(super) leveling: Leveling,
     pub(super) probing: Probing,
     pub(super) history: History<State>,
-    pub(super) wheel: Wheel,
+    /// Steps of the camera.
+    pub(super) views: History<Camera>,
     /// When the key for undo last asked whether the open file is to go.
     pub(super) undo_asked_secs: Option<f64>,
     pub(super) viewport: Viewport,
@@ -179,7 +180,7 @@ impl Window {
             leveling: Leveling::default(),
             probing: Probing::default(),
             history: History::default(),
-            wheel: Wheel::default(),
+            views: History::default(),
             undo_asked_secs: None,
             fitted: None,
             viewport_size: [1, 1],
@@ -299,6 +300,8 @@ impl Window {
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
             Action::Undo => self.step(ctx, true),
             Action::Redo => self.step(ctx, false),
+            Action::PreviousView => self.step_view(ctx, true),
+            Action::NextView => self.step_view(ctx, false),
             Action::ViewFront => self.look(NamedView::Front),
             Action::ViewBack => self.look(NamedView::Back),
             Action::ViewLeft => self.look(NamedView::Left),
