@@ -253,6 +253,7 @@ impl Window {
             ui.label(RichText::new("Nothing is open").color(theme::TEXT_FAINT));
             return;
         };
+        let space = document.grid.space.as_deref();
         inside::rendering_ui(ui, scene, &document.first_look.transfer.colour);
         ui.add_space(4.0);
         let choice = section_ui(ui, sections, "Data", |ui| {
@@ -293,11 +294,13 @@ impl Window {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
-        section_ui(ui, sections, "Surfaces and slices", |ui| inside::inside_ui(ui, scene));
+        section_ui(ui, sections, "Surfaces and slices", |ui| {
+            inside::inside_ui(ui, scene, space);
+        });
         let embeds = section_ui(ui, sections, POLYGONS, |ui| polygons::polygons_ui(ui, scene));
         section_ui(ui, sections, "Clip", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
-            clip::clip_ui(ui, &mut self.clip, scene, second);
+            clip::clip_ui(ui, &mut self.clip, scene, second, space);
         });
         let compare = &mut self.compare;
         let name = (SPLATS, modes::section(&scene.splat));

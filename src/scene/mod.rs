@@ -30,7 +30,7 @@ pub use field_on_mesh::{FieldOnMesh, MeshInField};
 pub use first_look::FirstLook;
 pub use framing::{
     NamedView, Orientation, UpAxis, among_axes, among_surfaces, axis_letters, box_of_what_shows,
-    framing_all, framing_surfaces, framing_what_shows, in_perspective,
+    framing_all, framing_surfaces, framing_what_shows, in_perspective, plane_names,
 };
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,

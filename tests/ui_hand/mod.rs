@@ -398,15 +398,25 @@ fn a_projection_has_a_range_of_its_own_that_can_be_set() {
 }
 
 #[test]
-fn a_slice_is_no_wall_at_first_and_is_dragged_by_its_handle() {
+fn a_slice_shows_its_section_whole_at_first_and_is_dragged_by_its_handle() {
     let mut bench = Bench::opened();
     bench.harness.get_by_label("Add slice").click();
     bench.settle();
     let slice = |bench: &Bench| -> Slice { bench.last_request().scene.inside.slices[0] };
-    assert!(slice(&bench).only_shown);
+    assert!(!slice(&bench).only_shown);
+    let scene = bench.last_request().scene;
+    assert_eq!(scene.little_seen_of_slice(&slice(&bench)), None, "what hid it is faint");
+    assert!(scene.is_faded());
+    press(&mut bench, Modifiers::COMMAND, Key::Z);
+    let scene = bench.window().scene().expect("something is open");
+    assert!(scene.inside.slices.is_empty() && !scene.is_faded(), "one step");
+    press(&mut bench, Modifiers::COMMAND, Key::Y);
+    bench.harness.get_by_label("Show the volume again").click();
+    bench.settle();
+    assert!(!bench.last_request().scene.is_faded());
     bench.harness.get_by_role_and_label(Role::CheckBox, "Slice 1 hides transparent parts").click();
     bench.settle();
-    assert!(!slice(&bench).only_shown);
+    assert!(slice(&bench).only_shown);
     let scene = bench.last_request().scene;
     let lattice = scene.lattice();
     assert_eq!(slice(&bench).share_across(&lattice, 2), Some(0.5));
