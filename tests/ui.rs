@@ -215,6 +215,8 @@ fn every_shortcut_does_what_it_says() {
             | Action::SaveTransfer
             | Action::CopyTransfer
             | Action::PasteTransfer
+            | Action::ToggleFade
+            | Action::ShowVectors
             | Action::About => unreachable!("it has no key"),
             Action::Undo => {
                 assert!(bench.shows("There is nothing to undo"), "the view is no edit");

@@ -39,6 +39,8 @@ pub enum Action {
     NextView,
     Converge,
     ToggleLights,
+    ToggleFade,
+    ShowVectors,
     ToggleScalarBar,
     ToggleScaleBar,
     ToggleAxes,
@@ -140,7 +142,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 47] = [
+pub const ACTIONS: [Entry; 49] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -323,6 +325,20 @@ pub const ACTIONS: [Entry; 47] = [
         "Let the marks of vectors move along the flow, or stop them where they are",
     ),
     entry(Action::ToggleLights, Menu::View, "Lights", plain(Key::L), "Switch the lights on or off"),
+    entry(
+        Action::ToggleFade,
+        Menu::View,
+        "Fade the volume",
+        None,
+        "Turn all opacities down, so that what lies inside the volume is seen, or up again",
+    ),
+    entry(
+        Action::ShowVectors,
+        Menu::View,
+        "Show the vectors",
+        None,
+        "Draw the first vectors of the file beside its values; Vectors, in the side panel, has the others",
+    ),
     entry(
         Action::ToggleScalarBar,
         Menu::View,

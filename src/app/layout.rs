@@ -467,6 +467,9 @@ impl Window {
             }
             ui.min_rect().height()
         });
+        if let Some(action) = self.notices.take_offer() {
+            self.perform(ui.ctx(), action);
+        }
         if (shown.inner - self.overlays_height).abs() > 0.5 {
             self.overlays_height = shown.inner;
             // They were laid out for another height.

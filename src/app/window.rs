@@ -323,6 +323,8 @@ impl Window {
             Action::EndTools => self.end_tools(ctx),
             Action::ToggleAnimation => self.toggle_animation(ctx),
             Action::ToggleLights => self.toggle_lights(),
+            Action::ToggleFade => self.toggle_fade(),
+            Action::ShowVectors => self.show_first_vectors(ctx),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
             Action::ToggleScalarBar => self.toggle_annotation(Annotation::ScalarBar),
             Action::ToggleScaleBar => self.toggle_annotation(Annotation::ScaleBar),
@@ -360,6 +362,7 @@ impl Window {
                 matches!(scene.camera.projection, Projection::Perspective { .. })
             }),
             Action::ToggleLights => scene.is_some_and(|scene| scene.shading.lighting.is_some()),
+            Action::ToggleFade => scene.is_some_and(Scene::is_faded),
             Action::ToggleScalarBar => written(Annotation::ScalarBar),
             Action::ToggleScaleBar => written(Annotation::ScaleBar),
             Action::ToggleAxes => written(Annotation::Axes),
@@ -382,6 +385,12 @@ impl Window {
         let ctx = ctx.clone();
         if let Err(reason) = self.probing.toggle(move || ctx.request_repaint()) {
             self.notices.error(reason);
+        }
+    }
+
+    fn toggle_fade(&mut self) {
+        if let Some(scene) = &mut self.scene {
+            scene.fade(!scene.is_faded());
         }
     }
 

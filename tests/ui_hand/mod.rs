@@ -345,6 +345,10 @@ fn a_file_that_has_vectors_beside_its_values_says_so() {
     let mut bench = Bench::opened();
     bench.open("triples.nrrd");
     assert!(bench.tells("has vectors, too: wind"));
+    bench.harness.get_by_role_and_label(Role::Button, "Show the vectors").click();
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
+    bench.harness.run_steps(3);
+    assert!(!bench.tells("has vectors, too"), "done");
     bench.open("vector.nrrd");
     assert!(!bench.tells("has vectors, too"), "they are seen");
 }
