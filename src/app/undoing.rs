@@ -54,6 +54,7 @@ struct Comparison {
     on: bool,
     second: SplatSettings,
     display: Display,
+    fits: bool,
     doublings: u32,
     divider: f32,
     edits_second: bool,
@@ -61,13 +62,14 @@ struct Comparison {
 
 impl Comparison {
     fn of(compare: &Compare) -> Self {
-        let Compare { on, second, display, doublings, divider, edits_second, .. } = *compare;
-        Self { on, second, display, doublings, divider, edits_second }
+        let Compare { on, second, display, fits, doublings, divider, edits_second, .. } = *compare;
+        Self { on, second, display, fits, doublings, divider, edits_second }
     }
 
     fn give_to(self, compare: &mut Compare) {
-        let Self { on, second, display, doublings, divider, edits_second } = self;
+        let Self { on, second, display, fits, doublings, divider, edits_second } = self;
         (compare.on, compare.second, compare.display) = (on, second, display);
+        compare.fits = fits;
         (compare.doublings, compare.divider, compare.edits_second) =
             (doublings, divider, edits_second);
     }

@@ -489,6 +489,10 @@ fn a_difference_is_amplified_from_1_to_64_times() {
     bench.harness.key_press(Key::D);
     bench.settle();
     assert_eq!(bench.window().compare().display, Display::Difference);
+    assert_eq!(bench.window().compare().gain(), 8.0, "the greatest one is an eighth");
+    bench.harness.get_by_label("Fit the amplification").click();
+    bench.settle();
+    assert_eq!(bench.window().compare().gain(), 16.0);
     for (doublings, gain) in [(0.0, 1.0), (6.0, 64.0)] {
         bench.set_slider("Amplify", doublings);
         assert_eq!(bench.window().compare().gain(), gain);

@@ -83,6 +83,24 @@ fn at(rect: Rect, x: f32, y: f32) -> Pos2 {
     rect.lerp_inside(vec2(x, y))
 }
 
+/// The last one was cut off from the list, and who knew it from elsewhere missed it.
+#[test]
+fn all_colour_maps_are_in_sight_and_what_is_not_safe_says_so() {
+    let mut bench = Bench::opened();
+    bench.harness.get_by_role_and_label(Role::ComboBox, "Colours").click();
+    bench.harness.run_steps(4);
+    let top = |label: &str| {
+        let node = bench.harness.get_all_by_label(label).last().expect("in the list");
+        node.rect().top()
+    };
+    let heights = ["Cividis", "Vik", "CT-like", "Not safe for colour-blind people", "Turbo"];
+    assert!(heights.map(top).is_sorted(), "the safe ones first");
+    bench.harness.get_by_label("Turbo").click();
+    bench.settle();
+    let colour = function(&bench).colour;
+    assert!(matches!(colour, ColourSource::Map { map: ColourMap::Turbo, .. }), "{colour:?}");
+}
+
 #[test]
 fn window_and_level_are_one_step_of_undo() {
     let mut bench = Bench::opened();
