@@ -425,7 +425,8 @@ impl Window {
                 self.slice_handles.show(ui, area, scene);
             }
             let rests = !self.pacing.is_moving();
-            self.probing.show(ui, area, scene, space, (&response, rests), self.cells.height());
+            let beside = (self.cells.height(), &layout.taken[..]);
+            self.probing.show(ui, area, scene, space, (&response, rests), beside);
         } else if !self.is_loading() {
             match welcome_ui(ui, area.rect) {
                 Some(Welcome::Open) => self.perform(ui.ctx(), Action::Open),

@@ -51,7 +51,8 @@ use super::undoing::State;
 use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{Annotation, Moving, NamedView, Orientation, Scene, SplatSettings};
+use crate::scene::{Annotation, Annotations, Moving, NamedView, Orientation, Scene, SplatSettings};
+use crate::task::annotations::beside_bars;
 use crate::task::engine::EngineState;
 use crate::task::level::LevelOfDetail;
 use crate::transfer::Gaussian;
@@ -118,6 +119,8 @@ pub struct Window {
     pub(super) fitted: Option<(NamedView, Camera)>,
     /// The viewport's size in physical pixels at the last pass.
     pub(super) viewport_size: [u32; 2],
+    /// The same, and whether axes and scalar bars take of it.
+    room: ([u32; 2], bool, bool),
     /// The same with its place on the window before it: left, top, width, height.
     pub(super) viewport_pixels: [u32; 4],
     pub(super) pacing: Pacing,
@@ -184,6 +187,7 @@ impl Window {
             undo_asked_secs: None,
             fitted: None,
             viewport_size: [1, 1],
+            room: ([1, 1], false, false),
             viewport_pixels: [0, 0, 1, 1],
             pacing: Pacing::default(),
             rate: PictureRate::default(),
@@ -395,13 +399,8 @@ impl Window {
     }
 
     fn toggle_annotation(&mut self, which: Annotation) {
-        let unmoved = self.unmoved_view().filter(|_| which == Annotation::Axes);
         let switch = self.settings.annotations.switch(which);
         *switch = !*switch;
-        // A view of everything has room for them.
-        if let Some(view) = unmoved {
-            self.fit(view);
-        }
     }
 
     fn change_camera(&mut self, change: impl FnOnce(&Camera) -> Camera) {
@@ -435,9 +434,11 @@ impl Window {
 
     /// Shows everything along a named view, by the projection that there is.
     pub(super) fn fit(&mut self, view: NamedView) {
-        let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
+        let orientation = self.orientation();
         if let Some(scene) = &mut self.scene {
-            let has_axes = self.settings.annotations.has(Annotation::Axes);
+            let annotations = self.settings.annotations;
+            let has_axes = annotations.has(Annotation::Axes);
+            let size = beside_bars(annotations, scene, self.viewport_size);
             let framed = camera_control::framed(scene, (view, orientation), size, has_axes);
             scene.camera = framed;
             self.fitted = Some((view, scene.camera));
@@ -450,10 +451,13 @@ impl Window {
         self.fitted.filter(|(_, fitted)| *fitted == camera).map(|(view, _)| view)
     }
 
-    /// Takes note of the viewport's size in physical pixels. A view of everything that nobody has moved stays one, which is no step to
-    /// be undone.
+    /// Takes note of the viewport's size in physical pixels, and of what annotations leave of it. A view of everything that nobody has
+    /// moved stays one, which is no step of the view.
     pub(super) fn resize(&mut self, size: [u32; 2]) {
-        if std::mem::replace(&mut self.viewport_size, size) == size {
+        self.viewport_size = size;
+        let Annotations { axes, scalar_bar, .. } = self.settings.annotations;
+        let room = (size, axes, scalar_bar);
+        if std::mem::replace(&mut self.room, room) == room {
             return;
         }
         if let Some(view) = self.unmoved_view() {

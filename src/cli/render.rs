@@ -359,10 +359,14 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     }
     let scene = Scene { shading, inside, ..scene };
     let mut scene = with_layers(scene, &flags.scene, vectors, polygons)?;
-    let has_axes = flags.annotations.is_some_and(|written| written.has(Annotation::Axes));
-    if has_axes && flags.scene.camera_focal_point.is_none() && flags.scene.parallel_scale.is_none()
-    {
-        scene.camera = among_axes(&scene, scene.camera);
+    let written = flags.annotations.unwrap_or_default();
+    if flags.scene.camera_focal_point.is_none() && flags.scene.parallel_scale.is_none() {
+        if written.has(Annotation::Axes) {
+            scene.camera = among_axes(&scene, scene.camera);
+        }
+        let [width, height] = flags.resolution.map(f64::from);
+        let beside = annotations::beside_bars(written, &scene, flags.resolution);
+        scene.camera.parallel_scale *= (height / beside[0]).max(1.0) / (height / width).max(1.0);
     }
     if let Some(refusal) = scene.refusals().first() {
         return Err(Failure::Usage(refusal.to_string()));
