@@ -549,6 +549,20 @@ fn cancelling_a_load_returns_to_what_was_there() {
 }
 
 #[test]
+fn while_the_first_file_is_read_the_middle_of_the_window_says_so() {
+    let mut bench = Bench::empty();
+    bench.start_opening("slow.nrrd");
+    bench.harness.run_steps(4);
+    let words = bench.harness.get_by_label("Opening slow.nrrd").rect();
+    assert!((words.center().y - bench.viewport().center().y).abs() < 40.0, "{words}");
+    bench.open("good.nrrd");
+    bench.start_opening("slow.nrrd");
+    bench.harness.run_steps(4);
+    let words = bench.harness.get_by_label("Opening slow.nrrd").rect();
+    assert!(words.top() < bench.viewport().top() + 40.0, "above what is open: {words}");
+}
+
+#[test]
 fn a_new_load_replaces_one_under_way() {
     let mut bench = Bench::opened();
     bench.start_opening("slow.nrrd");
@@ -747,7 +761,7 @@ fn sliders_and_choices_change_the_scene() {
     bench.harness.get_by_label("Reset extent").click();
     bench.harness.run_steps(2);
     assert_eq!(bench.window().scene().unwrap().splat.extent, None);
-    bench.set_slider("Unit distance", 10.0);
+    bench.set_slider("Opacity over", 10.0);
     assert_eq!(bench.window().scene().unwrap().splat.opacity_unit_distance, Some(10.0));
     bench.set_slider("Frame budget", 50.0);
     assert_eq!(bench.window().settings().budget_ms, 50.0);
@@ -842,7 +856,7 @@ fn the_side_panel_keeps_its_width_whatever_it_shows() {
     bench.open("vector.nrrd");
     bench.set_slider("Point value", 123.456_78);
     bench.set_slider("Extent", 2.5);
-    bench.set_slider("Unit distance", 0.012_345_678);
+    bench.set_slider("Opacity over", 0.012_345_678);
     assert_eq!(bench.viewport(), before);
 }
 

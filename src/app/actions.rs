@@ -280,7 +280,7 @@ pub const ACTIONS: [Entry; 49] = [
         Menu::View,
         "Turn upside down",
         plain(Key::Num8),
-        "What is up is down from now on, in every view: for data that stand on their head",
+        "Swap up and down, in this view and in all others: for data that stand on their head",
     ),
     entry(
         Action::ToggleProjection,
@@ -315,7 +315,7 @@ pub const ACTIONS: [Entry; 49] = [
         Menu::View,
         "Refine until converged",
         plain(Key::R),
-        "Double the slabs of the view at rest until nothing changes, however long that takes",
+        "Draw the view at rest in ever thinner steps along the rays (slabs) until nothing changes, however long that takes",
     ),
     entry(
         Action::ToggleAnimation,
@@ -435,7 +435,7 @@ pub const ACTIONS: [Entry; 49] = [
         Menu::Help,
         "Keys and mouse",
         plain(Key::H),
-        "Show or hide the list of keys and mouse buttons",
+        "Show or hide this list of all keys and mouse buttons",
     ),
     entry(
         Action::About,

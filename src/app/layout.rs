@@ -449,15 +449,20 @@ impl Window {
         }
     }
 
-    /// Notices at the top of the viewport, jobs under them; at its bottom while the probe tells at the top
-    /// what is under the hand, which may be on the way to one of them.
+    /// Notices at the top of the viewport, jobs under them; in its middle while the first file is read, and at its bottom while the probe
+    /// tells at the top what is under the hand, which may be on the way to one of them.
     fn overlays_ui(&mut self, ui: &mut Ui, viewport: Rect) {
         let width = (viewport.width() - 2.0 * OVERLAY_INSET).clamp(0.0, OVERLAY_WIDTH);
         if width < 40.0 {
             return;
         }
         let room = viewport.height() - 2.0 * OVERLAY_INSET;
-        let lower = if self.probing.is_on() { (room - self.overlays_height).max(0.0) } else { 0.0 };
+        let free = (room - self.overlays_height).max(0.0);
+        let lower = match () {
+            () if self.scene.is_none() && self.is_loading() => free / 2.0,
+            () if self.probing.is_on() => free,
+            () => 0.0,
+        };
         let top = viewport.top() + OVERLAY_INSET + lower;
         let top = pos2(viewport.center().x - width / 2.0, top);
         let rect = Rect::from_min_size(top, vec2(width, room));
@@ -567,7 +572,7 @@ fn welcome_ui(ui: &mut Ui, rect: Rect) -> Option<Welcome> {
     let lines = [
         ("Drop a volume here".to_owned(), 20.0, theme::TEXT),
         (
-            format!("{} opens one, {help} lists all keys", key.unwrap_or_default()),
+            format!("Press {} to open one, {help} for all keys", key.unwrap_or_default()),
             13.0,
             theme::TEXT_FAINT,
         ),

@@ -67,7 +67,7 @@ fn a_pointer_that_jumps_and_presses_within_one_pass_turns_nothing() {
 /// Nothing on screen said how to turn the view, or where the keys are.
 #[test]
 fn the_first_picture_says_how_to_take_hold_of_it_until_somebody_does() {
-    let words = "Drag to turn · wheel to zoom · H shows every key";
+    let words = "Drag to turn · wheel to zoom · press H for all keys";
     let mut bench = Bench::opened();
     assert!(bench.shows(words) && !bench.window().settings().knows_drag);
     // The hand goes through it.
@@ -234,7 +234,7 @@ fn the_key_list_fits_a_usual_window_and_a_small_one_shows_that_there_is_more() {
     bench.harness.set_size(vec2(1280.0, 720.0));
     press(&mut bench, Modifiers::NONE, Key::H);
     bench.harness.run_steps(3);
-    let last = "Show or hide the list of keys and mouse buttons";
+    let last = "Show or hide this list of all keys and mouse buttons";
     let place = |bench: &Bench| bench.harness.get_by_label(last).rect();
     let close = bench.harness.get_by_label("Close").rect();
     let end = place(&bench);
