@@ -302,7 +302,8 @@ fn annotations_are_written_over_the_picture_and_what_has_no_room_is_named() {
         assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
         errors(&output)
     };
-    let size = ["--resolution", "240,180"];
+    // Wide enough for what is seen to lie beside the bar, as large as without it.
+    let size = ["--resolution", "360,180"];
     assert_eq!(render(&plain, &size), "");
     let bar = [&size[..], &["--annotations", "scalar-bar,trihedron"]].concat();
     assert_eq!(render(&written, &bar), "");
@@ -312,7 +313,7 @@ fn annotations_are_written_over_the_picture_and_what_has_no_room_is_named() {
         let pixels = columns.flat_map(|x| (0..180).map(move |y| (x, y)));
         pixels.filter(|&(x, y)| before.get_pixel(x, y) != after.get_pixel(x, y)).count()
     };
-    let counts = [changed(0..80), changed(80..160), changed(160..240)];
+    let counts = [changed(0..120), changed(120..240), changed(240..360)];
     assert!(counts[0] > 200 && counts[1] == 0 && counts[2] > 1000, "{counts:?}");
     let small = render(&plain, &["--resolution", "48,36", "--annotations", "all"]);
     assert!(small.contains("no room") && small.contains("scalar-bar"), "{small}");

@@ -215,16 +215,29 @@ fn every_shortcut_does_what_it_says() {
             | Action::SaveTransfer
             | Action::CopyTransfer
             | Action::PasteTransfer
+            | Action::ToggleFade
+            | Action::ShowVectors
             | Action::About => unreachable!("it has no key"),
             Action::Undo => {
+                assert!(bench.shows("There is nothing to undo"), "the view is no edit");
+                let first = bench.window().settings().annotations;
+                bench.harness.key_press(Key::T);
+                bench.harness.run_steps(3);
+                assert_ne!(bench.window().settings().annotations, first);
+                press(&mut bench);
+                assert_eq!(bench.window().settings().annotations, first);
+                assert_eq!(bench.camera(), before);
+            }
+            Action::Redo => assert!(bench.shows("There is nothing to redo")),
+            Action::PreviousView => {
                 assert_ne!(bench.camera(), before);
-                bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
+                bench.harness.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
                 bench.harness.run_steps(3);
                 assert_eq!(bench.camera(), before);
             }
-            Action::Redo => {
-                assert!(bench.shows("There is nothing to redo"));
-                bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+            Action::NextView => {
+                assert!(bench.shows("There is no later view"));
+                bench.harness.key_press_modifiers(Modifiers::ALT, Key::ArrowLeft);
                 bench.harness.run_steps(3);
                 assert_ne!(bench.camera(), before);
                 press(&mut bench);
@@ -408,33 +421,34 @@ fn escape_ends_tools_once_nothing_else_is_there_to_be_left() {
 #[test]
 fn steps_go_back_behind_menus_and_dialogs_unless_text_is_typed() {
     let mut bench = Bench::opened();
-    let before = bench.camera();
+    let annotations = |bench: &Bench| bench.window().settings().annotations;
+    let before = annotations(&bench);
     let press = |bench: &mut Bench, modifiers: Modifiers, key: Key| {
         bench.harness.key_press_modifiers(modifiers, key);
         bench.harness.run_steps(3);
     };
     let undo = |bench: &mut Bench| press(bench, Modifiers::COMMAND, Key::Z);
-    press(&mut bench, Modifiers::NONE, Key::Num1);
-    let turned = bench.camera();
+    press(&mut bench, Modifiers::NONE, Key::B);
+    let changed = annotations(&bench);
     bench.harness.get_by_label("Edit").click();
     bench.harness.run_steps(3);
     assert!(is_listed(&bench, "Redo"));
     undo(&mut bench);
-    assert_eq!(bench.camera(), before, "behind a menu");
+    assert_eq!(annotations(&bench), before, "behind a menu");
     press(&mut bench, Modifiers::NONE, Key::Escape);
     press(&mut bench, Modifiers::COMMAND, Key::Y);
-    assert_eq!(bench.camera(), turned);
+    assert_eq!(annotations(&bench), changed);
     press(&mut bench, Modifiers::NONE, Key::H);
     assert!(bench.shows("Put what is under the cursor in the centre"));
     undo(&mut bench);
-    assert_eq!(bench.camera(), before, "behind the list of keys");
+    assert_eq!(annotations(&bench), before, "behind the list of keys");
     assert!(bench.shows("Put what is under the cursor in the centre"));
     press(&mut bench, Modifiers::NONE, Key::Escape);
     press(&mut bench, Modifiers::COMMAND, Key::Y);
     // A path is being typed, and its own steps are meant.
     press(&mut bench, Modifiers::COMMAND, Key::L);
     undo(&mut bench);
-    assert_eq!(bench.camera(), turned, "while text is typed");
+    assert_eq!(annotations(&bench), changed, "while text is typed");
 }
 
 /// A window that no panel fits beside the picture keeps the picture; once wider, it is as before.
@@ -532,6 +546,20 @@ fn cancelling_a_load_returns_to_what_was_there() {
     bench.wait_until(|window| !window.is_loading());
     assert_eq!(bench.window().document().unwrap().source.name(), "good.nrrd");
     assert!(bench.window().notices().shown().is_empty(), "a cancel is no trouble");
+}
+
+#[test]
+fn while_the_first_file_is_read_the_middle_of_the_window_says_so() {
+    let mut bench = Bench::empty();
+    bench.start_opening("slow.nrrd");
+    bench.harness.run_steps(4);
+    let words = bench.harness.get_by_label("Opening slow.nrrd").rect();
+    assert!((words.center().y - bench.viewport().center().y).abs() < 40.0, "{words}");
+    bench.open("good.nrrd");
+    bench.start_opening("slow.nrrd");
+    bench.harness.run_steps(4);
+    let words = bench.harness.get_by_label("Opening slow.nrrd").rect();
+    assert!(words.top() < bench.viewport().top() + 40.0, "above what is open: {words}");
 }
 
 #[test]
@@ -733,7 +761,7 @@ fn sliders_and_choices_change_the_scene() {
     bench.harness.get_by_label("Reset extent").click();
     bench.harness.run_steps(2);
     assert_eq!(bench.window().scene().unwrap().splat.extent, None);
-    bench.set_slider("Unit distance", 10.0);
+    bench.set_slider("Opacity over", 10.0);
     assert_eq!(bench.window().scene().unwrap().splat.opacity_unit_distance, Some(10.0));
     bench.set_slider("Frame budget", 50.0);
     assert_eq!(bench.window().settings().budget_ms, 50.0);
@@ -828,7 +856,7 @@ fn the_side_panel_keeps_its_width_whatever_it_shows() {
     bench.open("vector.nrrd");
     bench.set_slider("Point value", 123.456_78);
     bench.set_slider("Extent", 2.5);
-    bench.set_slider("Unit distance", 0.012_345_678);
+    bench.set_slider("Opacity over", 0.012_345_678);
     assert_eq!(bench.viewport(), before);
 }
 

@@ -35,8 +35,12 @@ pub enum Action {
     TurnUpsideDown,
     ToggleProjection,
     ResetView,
+    PreviousView,
+    NextView,
     Converge,
     ToggleLights,
+    ToggleFade,
+    ShowVectors,
     ToggleScalarBar,
     ToggleScaleBar,
     ToggleAxes,
@@ -115,6 +119,10 @@ const fn command(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
 }
 
+const fn alternate(key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(Modifiers::ALT, key))
+}
+
 const fn shifted(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
 }
@@ -134,7 +142,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 45] = [
+pub const ACTIONS: [Entry; 49] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -205,7 +213,7 @@ pub const ACTIONS: [Entry; 45] = [
         Menu::Edit,
         "Undo",
         command(Key::Z),
-        "Take back the last change of anything in the window",
+        "Take back the last change; views have steps of their own (Alt+Left)",
     ),
     entry(
         Action::Redo,
@@ -272,7 +280,7 @@ pub const ACTIONS: [Entry; 45] = [
         Menu::View,
         "Turn upside down",
         plain(Key::Num8),
-        "What is up is down from now on, in every view: for data that stand on their head",
+        "Swap up and down, in this view and in all others: for data that stand on their head",
     ),
     entry(
         Action::ToggleProjection,
@@ -289,11 +297,25 @@ pub const ACTIONS: [Entry; 45] = [
         "Show all that can be seen, as when it was opened",
     ),
     entry(
+        Action::PreviousView,
+        Menu::View,
+        "Previous view",
+        alternate(Key::ArrowLeft),
+        "Look again from where you looked before; nothing else changes",
+    ),
+    entry(
+        Action::NextView,
+        Menu::View,
+        "Next view",
+        alternate(Key::ArrowRight),
+        "Look from where you looked before you went back",
+    ),
+    entry(
         Action::Converge,
         Menu::View,
         "Refine until converged",
         plain(Key::R),
-        "Double the slabs of the view at rest until nothing changes, however long that takes",
+        "Draw the view at rest in ever thinner steps along the rays (slabs) until nothing changes, however long that takes",
     ),
     entry(
         Action::ToggleAnimation,
@@ -303,6 +325,20 @@ pub const ACTIONS: [Entry; 45] = [
         "Let the marks of vectors move along the flow, or stop them where they are",
     ),
     entry(Action::ToggleLights, Menu::View, "Lights", plain(Key::L), "Switch the lights on or off"),
+    entry(
+        Action::ToggleFade,
+        Menu::View,
+        "Fade the volume",
+        None,
+        "Turn all opacities down, so that what lies inside the volume is seen, or up again",
+    ),
+    entry(
+        Action::ShowVectors,
+        Menu::View,
+        "Show the vectors",
+        None,
+        "Draw the first vectors of the file beside its values; Vectors, in the side panel, has the others",
+    ),
     entry(
         Action::ToggleScalarBar,
         Menu::View,
@@ -399,7 +435,7 @@ pub const ACTIONS: [Entry; 45] = [
         Menu::Help,
         "Keys and mouse",
         plain(Key::H),
-        "Show or hide the list of keys and mouse buttons",
+        "Show or hide this list of all keys and mouse buttons",
     ),
     entry(
         Action::About,

@@ -89,11 +89,7 @@ fn colour(Ink { colour, opacity }: Ink, share: f64) -> Color32 {
 
 /// Their names in the window, and what each is, one line.
 pub const NAMES: [(Annotation, &str, &str); 4] = [
-    (
-        Annotation::ScalarBar,
-        "Scalar bar",
-        "Which colour is which value, and how opaque it is a unit distance",
-    ),
+    (Annotation::ScalarBar, "Scalar bar", "Which colour is which value, and how opaque"),
     (
         Annotation::ScaleBar,
         "Scale bar",

@@ -28,7 +28,9 @@ pub struct Compare {
     pub second: SplatSettings,
     /// How both are shown.
     pub display: Display,
-    /// The difference is shown 2 to this power times as large, at most [`MOST_DOUBLINGS`].
+    /// Whether the greatest difference is shown as bright as can be.
+    pub fits: bool,
+    /// Else the difference is shown 2 to this power times as large, at most [`MOST_DOUBLINGS`].
     pub doublings: u32,
     /// Where the divider is: 0 at the left edge, 1 at the right.
     pub divider: f32,
@@ -51,6 +53,7 @@ impl Default for Compare {
             on: false,
             second: SplatSettings::SHADE_FIRST,
             display: Display::Split,
+            fits: true,
             doublings: 4,
             divider: 0.5,
             edits_second: false,
@@ -79,8 +82,14 @@ impl Compare {
     }
 
     /// How much larger a difference is shown.
+    #[expect(clippy::cast_possible_truncation, reason = "1 to 64")]
     pub fn gain(&self) -> f32 {
-        2.0_f32.powi(self.doublings.min(MOST_DOUBLINGS).cast_signed())
+        let of_doublings = |doublings: u32| 2.0_f32.powi(doublings.cast_signed());
+        let most = of_doublings(MOST_DOUBLINGS);
+        match self.drawn.as_ref().and_then(|drawn| drawn.greatest).filter(|_| self.fits) {
+            Some(greatest) => (1.0 / greatest as f32).clamp(1.0, most),
+            None => of_doublings(self.doublings.min(MOST_DOUBLINGS)),
+        }
     }
 
     /// Posts what is missing: the second picture, once `first` is finished and at rest. `first` is
@@ -158,7 +167,7 @@ mod tests {
 
     #[test]
     fn differences_are_amplified_up_to_64_times() {
-        let mut compare = Compare { doublings: 0, ..Compare::default() };
+        let mut compare = Compare { fits: false, doublings: 0, ..Compare::default() };
         assert_eq!(compare.gain(), 1.0);
         compare.doublings = 60;
         assert_eq!(compare.gain(), 64.0);

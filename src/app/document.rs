@@ -388,6 +388,11 @@ impl Document {
         self.grid.label_names.iter().filter(|name| name.component == component).collect()
     }
 
+    /// The first field of vectors.
+    pub fn first_vectors(&self) -> Option<usize> {
+        self.grid.fields.iter().position(Field::is_vectors)
+    }
+
     /// Whether the file has a field that can be drawn as vectors, or fields to put them together of.
     pub fn has_vectors(&self) -> bool {
         let is_triple = self.grid.fields.iter().any(|field| field.components == 3);

@@ -90,7 +90,7 @@ impl Window {
             ),
             row(
                 "Refining",
-                "Slabs doubled after the full picture, until nothing changes",
+                "After the full picture ever thinner steps along the rays (slabs), until nothing changes",
                 Run::of(refined.is_some(), refines),
                 format!("Refine until converged, {}", key(ctx, Action::Converge)),
                 Time::Unknown,
@@ -151,9 +151,12 @@ fn about(effect: Effect) -> About {
             "Shading",
             IN_SHADING,
         ),
-        Effect::ModulationTable => {
-            ("Modulation", "What opacities are multiplied by", "Shading", IN_SHADING)
-        }
+        Effect::ModulationTable => (
+            "Opacity factor",
+            "Modulation: opacities multiplied by a factor",
+            "Shading",
+            IN_SHADING,
+        ),
         Effect::ReflectionTable => (
             "Reflection lookup",
             "Colours looked up by another quantity than the value",

@@ -7,7 +7,7 @@ use eframe::egui::{
 use super::theme;
 
 /// What it says, and where there is little room.
-const WORDS: &str = "Drag to turn · wheel to zoom · H shows every key";
+const WORDS: &str = "Drag to turn · wheel to zoom · press H for all keys";
 const FEW_WORDS: &str = "Drag to turn · H: every key";
 /// Room that the words ask for, and their height with what they lie on, points.
 const WIDTH: f32 = 340.0;

@@ -1,13 +1,15 @@
 //! Undo and redo: states one after another, each whole.
 //!
 //! The rule: a step is what changed between two moments at which nothing was held, so that a drag,
-//! or a number being typed, is one step however long it takes. The last [`LIMIT`] steps are kept, and
+//! or a number being typed, is one step however long it takes; notches of the wheel that follow one another are one. The last [`LIMIT`] steps are kept, and
 //! fewer where they hold too much memory; the oldest makes room. A new step forgets what had been undone.
 
 use std::collections::VecDeque;
 
 /// How many steps are kept.
 pub const LIMIT: usize = 200;
+/// Seconds within which one notch of the wheel goes on with the step of the one before.
+const WHEEL_SECS: f64 = 0.6;
 
 /// What was, is, and was undone.
 #[derive(Debug)]
@@ -17,18 +19,20 @@ pub struct History<T> {
     present: Option<T>,
     /// What was undone, the next to be done again last.
     future: Vec<T>,
+    /// When the last step was recorded, if it was one of the wheel.
+    last_notch_secs: Option<f64>,
 }
 
 impl<T> Default for History<T> {
     fn default() -> Self {
-        Self { past: VecDeque::new(), present: None, future: Vec::new() }
+        Self { past: VecDeque::new(), present: None, future: Vec::new(), last_notch_secs: None }
     }
 }
 
 impl<T: Clone + PartialEq> History<T> {
-    /// Takes note of a state; the first is where steps begin. One that differs from the present is a step; where it `continues` the
-    /// last step (notch upon notch of the wheel), it takes that one's place. Whether there was one.
-    pub fn record(&mut self, state: &T, continues: bool) -> bool {
+    /// Takes note of a state; the first is where steps begin. One that differs from the present is a step; where the wheel turned at
+    /// `notch_secs`, soon after its last notch, it takes that one's place. Whether there was one.
+    pub fn record(&mut self, state: &T, notch_secs: Option<f64>) -> bool {
         let Some(present) = &mut self.present else {
             self.present = Some(state.clone());
             return false;
@@ -38,6 +42,9 @@ impl<T: Clone + PartialEq> History<T> {
         }
         let before = std::mem::replace(present, state.clone());
         self.future.clear();
+        let last_secs = std::mem::replace(&mut self.last_notch_secs, notch_secs);
+        let continues =
+            notch_secs.zip(last_secs).is_some_and(|(now, last)| now - last < WHEEL_SECS);
         if !continues || self.past.is_empty() {
             self.past.push_back(before);
         } else if self.past.back() == Some(state) {
@@ -66,6 +73,7 @@ impl<T: Clone + PartialEq> History<T> {
 
     /// Goes one step back; the state to be shown, if there is one.
     pub fn undo(&mut self) -> Option<T> {
+        self.last_notch_secs = None;
         let before = self.past.pop_back()?;
         self.future.extend(self.present.replace(before.clone()));
         Some(before)
@@ -73,6 +81,7 @@ impl<T: Clone + PartialEq> History<T> {
 
     /// Goes forward to what was undone last; the state to be shown, if there is one.
     pub fn redo(&mut self) -> Option<T> {
+        self.last_notch_secs = None;
         let after = self.future.pop()?;
         self.past.extend(self.present.replace(after.clone()));
         Some(after)
@@ -99,7 +108,7 @@ mod tests {
     fn the_oldest_steps_make_room_and_no_others() {
         let mut history = History::default();
         for state in 0..=LIMIT + 7 {
-            history.record(&state, false);
+            history.record(&state, None);
         }
         let mut undone = Vec::new();
         while let Some(state) = history.undo() {
@@ -111,24 +120,26 @@ mod tests {
     #[test]
     fn a_step_that_goes_on_is_one_and_vanishes_where_it_comes_back() {
         let mut history = History::default();
-        history.record(&0, false);
-        history.record(&1, false);
-        for state in [5, 6, 7] {
-            history.record(&state, state > 5);
+        history.record(&0, None);
+        history.record(&1, None);
+        for (state, secs) in [(5, 3.0), (6, 3.5), (7, 4.0)] {
+            history.record(&state, Some(secs));
         }
         assert_eq!(history.undo(), Some(1));
         assert_eq!(history.redo(), Some(7));
-        history.record(&1, true);
-        assert_eq!(history.undo(), Some(0));
+        history.record(&8, Some(4.2));
+        assert_eq!(history.last_step(), Some([&7, &8]), "not after a step back");
+        history.record(&7, Some(4.4));
+        assert_eq!(history.undo(), Some(1));
     }
 
     #[test]
     fn what_is_too_much_is_forgotten_from_the_oldest_on() {
         let mut history = History::default();
         for state in [1, 2, 3, 4] {
-            history.record(&state, false);
+            history.record(&state, None);
         }
-        history.record(&4, false);
+        history.record(&4, None);
         assert_eq!(history.last_step(), Some([&3, &4]), "the same again is no step");
         let sum_is_over_4 = |past: &VecDeque<i32>| past.iter().sum::<i32>() > 4;
         assert!(history.forget_while(sum_is_over_4) && !history.forget_while(sum_is_over_4));
@@ -157,14 +168,14 @@ mod tests {
         #[test]
         fn undo_never_loses_a_step(deeds in proptest::collection::vec(deed(), 1..LIMIT)) {
             let mut history = History::default();
-            history.record(&u8::MAX, false);
+            history.record(&u8::MAX, None);
             // Every state from the first to the last that can be reached, and the present one.
             let (mut states, mut at) = (vec![u8::MAX], 0);
             for deed in deeds {
                 match deed {
                     Deed::Edit(state) => {
                         let is_step = state != states[at];
-                        prop_assert_eq!(history.record(&state, false), is_step);
+                        prop_assert_eq!(history.record(&state, None), is_step);
                         if is_step {
                             states.truncate(at + 1);
                             states.push(state);

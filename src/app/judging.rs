@@ -143,7 +143,8 @@ impl Window {
             }
             Some((second, Beside::Difference(gain))) => {
                 let verdict = verdict_words(second.rmse);
-                let text = format!("Difference ×{gain} · {verdict}");
+                let times = (10.0 * gain).round() / 10.0;
+                let text = format!("Difference ×{times} · {verdict}");
                 let at = pos2(rect.center().x, bottom);
                 caption(&painter, at, Align2::CENTER_BOTTOM, &text, theme::TEXT);
             }

@@ -253,6 +253,7 @@ impl Window {
             ui.label(RichText::new("Nothing is open").color(theme::TEXT_FAINT));
             return;
         };
+        let space = document.grid.space.as_deref();
         inside::rendering_ui(ui, scene, &document.first_look.transfer.colour);
         ui.add_space(4.0);
         let choice = section_ui(ui, sections, "Data", |ui| {
@@ -293,11 +294,13 @@ impl Window {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
-        section_ui(ui, sections, "Surfaces and slices", |ui| inside::inside_ui(ui, scene));
+        section_ui(ui, sections, "Surfaces and slices", |ui| {
+            inside::inside_ui(ui, scene, space);
+        });
         let embeds = section_ui(ui, sections, POLYGONS, |ui| polygons::polygons_ui(ui, scene));
         section_ui(ui, sections, "Clip", |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
-            clip::clip_ui(ui, &mut self.clip, scene, second);
+            clip::clip_ui(ui, &mut self.clip, scene, second, space);
         });
         let compare = &mut self.compare;
         let name = (SPLATS, modes::section(&scene.splat));
@@ -422,7 +425,8 @@ impl Window {
                 self.slice_handles.show(ui, area, scene);
             }
             let rests = !self.pacing.is_moving();
-            self.probing.show(ui, area, scene, space, (&response, rests), self.cells.height());
+            let beside = (self.cells.height(), &layout.taken[..]);
+            self.probing.show(ui, area, scene, space, (&response, rests), beside);
         } else if !self.is_loading() {
             match welcome_ui(ui, area.rect) {
                 Some(Welcome::Open) => self.perform(ui.ctx(), Action::Open),
@@ -448,15 +452,20 @@ impl Window {
         }
     }
 
-    /// Notices at the top of the viewport, jobs under them; at its bottom while the probe tells at the top
-    /// what is under the hand, which may be on the way to one of them.
+    /// Notices at the top of the viewport, jobs under them; in its middle while the first file is read, and at its bottom while the probe
+    /// tells at the top what is under the hand, which may be on the way to one of them.
     fn overlays_ui(&mut self, ui: &mut Ui, viewport: Rect) {
         let width = (viewport.width() - 2.0 * OVERLAY_INSET).clamp(0.0, OVERLAY_WIDTH);
         if width < 40.0 {
             return;
         }
         let room = viewport.height() - 2.0 * OVERLAY_INSET;
-        let lower = if self.probing.is_on() { (room - self.overlays_height).max(0.0) } else { 0.0 };
+        let free = (room - self.overlays_height).max(0.0);
+        let lower = match () {
+            () if self.scene.is_none() && self.is_loading() => free / 2.0,
+            () if self.probing.is_on() => free,
+            () => 0.0,
+        };
         let top = viewport.top() + OVERLAY_INSET + lower;
         let top = pos2(viewport.center().x - width / 2.0, top);
         let rect = Rect::from_min_size(top, vec2(width, room));
@@ -467,6 +476,9 @@ impl Window {
             }
             ui.min_rect().height()
         });
+        if let Some(action) = self.notices.take_offer() {
+            self.perform(ui.ctx(), action);
+        }
         if (shown.inner - self.overlays_height).abs() > 0.5 {
             self.overlays_height = shown.inner;
             // They were laid out for another height.
@@ -563,7 +575,7 @@ fn welcome_ui(ui: &mut Ui, rect: Rect) -> Option<Welcome> {
     let lines = [
         ("Drop a volume here".to_owned(), 20.0, theme::TEXT),
         (
-            format!("{} opens one, {help} lists all keys", key.unwrap_or_default()),
+            format!("Press {} to open one, {help} for all keys", key.unwrap_or_default()),
             13.0,
             theme::TEXT_FAINT,
         ),

@@ -11,6 +11,7 @@ use eframe::egui::{
     Sense, Stroke, Ui, Vec2, WidgetInfo, WidgetText, vec2,
 };
 
+use super::actions::{Action, entry_of};
 use super::sentences::without_flags;
 use super::theme;
 use crate::core::counted;
@@ -52,6 +53,8 @@ pub struct Notice {
     pub kind: Kind,
     /// The sentence.
     pub text: String,
+    /// A command that it offers.
+    pub offer: Option<Action>,
     /// When it was first shown, seconds on the interface's clock.
     shown_at: Option<f64>,
 }
@@ -83,6 +86,8 @@ pub struct Notices {
     unfolded: bool,
     /// Time of the last pass, seconds on the interface's clock.
     now: f64,
+    /// What was offered and taken.
+    taken: Option<Action>,
 }
 
 impl Notices {
@@ -93,17 +98,27 @@ impl Notices {
 
     /// Shows bad news.
     pub fn error(&mut self, text: impl Into<String>) {
-        self.push(Kind::Error, text.into());
+        self.push(Kind::Error, text.into(), None);
     }
 
     /// Shows news.
     pub fn note(&mut self, text: impl Into<String>) {
-        self.push(Kind::Note, text.into());
+        self.push(Kind::Note, text.into(), None);
+    }
+
+    /// Shows news with a button for a command.
+    pub fn offer(&mut self, action: Action, text: impl Into<String>) {
+        self.push(Kind::Note, text.into(), Some(action));
+    }
+
+    /// The command that was offered, once its button was pressed.
+    pub fn take_offer(&mut self) -> Option<Action> {
+        self.taken.take()
     }
 
     /// Shows news that go by themselves.
     pub fn hint(&mut self, text: impl Into<String>) {
-        self.push(Kind::Hint, text.into());
+        self.push(Kind::Hint, text.into(), None);
     }
 
     /// Takes away errors that have been on screen for a while: something that was asked for since has succeeded.
@@ -120,7 +135,7 @@ impl Notices {
         self.shown.clear();
     }
 
-    fn push(&mut self, kind: Kind, text: String) {
+    fn push(&mut self, kind: Kind, text: String, offer: Option<Action>) {
         let text = sentence_case(&without_flags(&one_line(&text)));
         // Of the same news with other numbers the last ones are enough.
         let says_the_same = |other: &str| words_of(other).eq(words_of(&text));
@@ -128,7 +143,7 @@ impl Notices {
         if self.shown.len() == LIMIT {
             self.shown.remove(0);
         }
-        self.shown.push(Notice { kind, text, shown_at: None });
+        self.shown.push(Notice { kind, text, offer, shown_at: None });
     }
 
     /// Draws the bars, newest at the bottom, and asks to be drawn again when one has to go.
@@ -157,8 +172,11 @@ impl Notices {
             if notice.shown_at.is_none() || bar.is_pointed_at {
                 notice.shown_at = Some(now);
             }
-            if bar.is_dismissed {
+            if bar.is_dismissed || bar.is_taken {
                 dismissed = Some(index);
+            }
+            if bar.is_taken {
+                self.taken = notice.offer;
             }
             if let Ok(left) = Duration::try_from_secs_f64(notice.left(now)) {
                 ui.ctx().request_repaint_after(left);
@@ -214,6 +232,7 @@ fn words_of(text: &str) -> impl Iterator<Item = &str> {
 struct Bar {
     is_dismissed: bool,
     is_pointed_at: bool,
+    is_taken: bool,
 }
 
 /// Bad news, with a button.
@@ -222,10 +241,11 @@ fn bar_ui(ui: &mut Ui, notice: &Notice) -> Bar {
     let words = RichText::new(&notice.text).color(theme::ERROR.lerp_to_gamma(theme::TEXT, 0.45));
     let shown =
         frame.show(ui, |ui| text_and_button_ui(ui, (words, notice.most_rows()), "Dismiss", true));
-    Bar { is_dismissed: shown.inner, is_pointed_at: shown.response.contains_pointer() }
+    let is_pointed_at = shown.response.contains_pointer();
+    Bar { is_dismissed: shown.inner, is_pointed_at, is_taken: false }
 }
 
-/// News: words on a shade no wider than they are, gone with a click.
+/// News: words on a shade no wider than they are, gone with a click, over the button of what they offer.
 fn quiet_ui(ui: &mut Ui, notice: &Notice) -> Bar {
     let words = RichText::new(&notice.text).size(QUIET_SIZE).color(theme::TEXT);
     let mut job = wrapped(ui, words, notice.most_rows());
@@ -238,10 +258,17 @@ fn quiet_ui(ui: &mut Ui, notice: &Notice) -> Bar {
         let shade = Color32::from_black_alpha(QUIET_SHADE);
         ui.painter().rect_filled(rect, CornerRadius::same(8), shade);
         ui.painter().galley(rect.min + QUIET_MARGIN, galley, theme::TEXT);
-        line
+        let offered = notice.offer.map(entry_of);
+        (line, offered.map(|entry| ui.button(entry.name).on_hover_text(entry.help)))
     });
-    let line = line.inner.on_hover_text("Click to take it away");
-    Bar { is_dismissed: line.clicked(), is_pointed_at: line.contains_pointer() }
+    let (line, button) = line.inner;
+    let line = line.on_hover_text("Click to take it away");
+    Bar {
+        is_dismissed: line.clicked(),
+        is_pointed_at: line.contains_pointer()
+            || button.as_ref().is_some_and(|button| button.contains_pointer()),
+        is_taken: button.is_some_and(|button| button.clicked()),
+    }
 }
 
 /// Text that wraps into so many rows at most.
@@ -344,7 +371,7 @@ mod tests {
         let ctx = Context::default();
         let height = |kind: Kind, text: &str| {
             let mut notices = Notices::default();
-            notices.push(kind, text.to_owned());
+            notices.push(kind, text.to_owned(), None);
             let mut height = 0.0;
             for _ in 0..3 {
                 let mut output = ctx.run_ui(RawInput::default(), |ui| {

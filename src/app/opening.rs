@@ -6,10 +6,12 @@ use std::sync::Arc;
 use eframe::egui::{Context, ViewportCommand};
 use glam::DVec3;
 
+use super::actions::Action;
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
 use super::document::{Document, RawLayout, ReadFailure, Source};
 use super::file_dialog::{Answer, FileDialog};
+use super::history::History;
 use super::job::{Ended, Job};
 use super::modes;
 use super::panels::POLYGONS;
@@ -286,16 +288,17 @@ impl Window {
                 }
             }
         }
-        let vectors = document.grid.fields.iter().find(|field| field.is_vectors());
+        let vectors = document.first_vectors().and_then(|at| document.grid.fields.get(at));
         let is_news = !is_same_file && document.vectors.is_none() && document.surface.is_none();
         if let Some(vectors) = vectors.filter(|_| is_news) {
             let name = &vectors.name;
-            self.notices.hint(format!("This file has vectors, too: {name}, under Vectors"));
+            self.notices.offer(Action::ShowVectors, format!("This file has vectors, too: {name}"));
         }
     }
 
     /// Lets go of what belongs to the file that was open, before another is shown.
     pub(super) fn leave_file(&mut self, ctx: &Context, other: &Document) {
+        self.views = History::default();
         self.vectors = Vectors::default();
         self.flow.job = None;
         self.encoding = None;

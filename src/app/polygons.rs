@@ -6,6 +6,7 @@ use std::sync::Arc;
 use eframe::egui::Context;
 use glam::DVec3;
 
+use super::actions::Action;
 use super::dialogs::named_file::Purpose;
 use super::document::Source;
 use super::file_dialog::{Answer, FileDialog};
@@ -118,7 +119,9 @@ impl Window {
         let name = opened.mesh.name().to_owned();
         self.tell_of_surfaces(&name, &opened.warnings, opened.mesh.bounds());
         let source = SampleSource::whole(&opened.path, &name);
-        self.add_surfaces(|scene| scene.add(source, PolygonLayer::new(Arc::new(opened.mesh))));
+        let places = opened.mesh.places();
+        let add = |scene: &mut Scene| scene.add(source, PolygonLayer::new(Arc::new(opened.mesh)));
+        self.add_surfaces((&name, &places), add);
     }
 
     fn add_labels(&mut self, opened: OpenedLabels) {
@@ -129,25 +132,35 @@ impl Window {
         let bounds = bounds.fold(none, |[low, high], [from, to]| [low.min(from), high.max(to)]);
         self.tell_of_surfaces(&name, &opened.warnings, bounds);
         let count = counted(opened.labels.len(), "label");
-        self.add_surfaces(|scene| {
+        self.notices.hint(format!("{count} shown as surfaces: {name}"));
+        let places: Vec<DVec3> =
+            opened.labels.iter().flat_map(|label| label.mesh.places()).collect();
+        self.add_surfaces((&name, &places), |scene| {
             for (number, label) in opened.labels.into_iter().enumerate() {
                 let source = SampleSource::whole(&opened.path, label.mesh.name());
                 let layer = PolygonLayer::of_label(Arc::new(label.mesh), number, label.colour);
                 scene.add(source, layer);
             }
         });
-        self.notices.hint(format!(
-            "{count} shown as surfaces; where the volume hides them, lower its opacity or clip it: {name}"
-        ));
     }
 
-    /// Adds surfaces to the scene. A view that nobody has moved since the file was opened shows them, too.
-    fn add_surfaces(&mut self, add: impl FnOnce(&mut Scene)) {
+    /// Adds surfaces of a file of this name, whose corners are there, to the scene. A view that nobody has moved since the file was
+    /// opened shows them, too. Where matter hides them it is said.
+    fn add_surfaces(&mut self, (name, places): (&str, &[DVec3]), add: impl FnOnce(&mut Scene)) {
         let view = self.unmoved_view();
         let Some(scene) = &mut self.scene else { return };
         add(scene);
         if let Some(view) = view {
             self.fit(view);
+        }
+        let scene = self.scene.as_ref();
+        if scene.is_some_and(|scene| scene.little_seen_of_places(places).is_some()) {
+            self.notices.offer(
+                Action::ToggleFade,
+                format!(
+                    "The volume hides most of this: fade it, or cut it open under Clip: {name}"
+                ),
+            );
         }
     }
 

@@ -2,12 +2,14 @@
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Color32, CornerRadius, FontId, Pos2, Rect, Response, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
+    Color32, CornerRadius, FontId, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2,
+    vec2,
 };
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::viewport::PixelArea;
 use super::{theme, words};
+use crate::scene::annotations::Area;
 use crate::scene::{AlongRay, Scene, axis_letters};
 use crate::task::probe::{
     Answer, FIRST_SEEN, Look, Met, Point, ProbedVector, Prober, Seen, VectorPlace,
@@ -70,7 +72,7 @@ impl Probing {
     }
 
     /// Asks about the pixel under the cursor while the view `rests`, and says what is there, `top`
-    /// points below the viewport's upper edge.
+    /// points below the viewport's upper edge, and beside what annotations have taken of the picture.
     pub fn show(
         &mut self,
         ui: &Ui,
@@ -78,10 +80,18 @@ impl Probing {
         scene: &Scene,
         space: Option<&str>,
         (viewport, rests): (&Response, bool),
-        top: f32,
+        (top, taken): (f32, &[Area]),
     ) {
         let Some(prober) = &self.prober else { return };
-        let room = Rect::from_min_max(area.rect.min + vec2(0.0, top), area.rect.max);
+        let points_per_pixel = area.rect.width() / area.size[0] as f32;
+        let at =
+            |pixel: DVec2| area.rect.min + points_per_pixel * vec2(pixel.x as f32, pixel.y as f32);
+        let taken = taken.iter().map(|taken| Rect::from_min_max(at(taken.low), at(taken.high)));
+        let mut room = Room {
+            rect: Rect::from_min_max(area.rect.min + vec2(0.0, top), area.rect.max),
+            taken: taken.collect(),
+            pointer: None,
+        };
         if let Some(answer) = prober.take() {
             self.answer = Some(answer);
         }
@@ -89,9 +99,10 @@ impl Probing {
         let Some(pointer) = pointer else {
             self.asked = None;
             let hint = if rests { "Point at the picture" } else { "Once the view rests" };
-            says(ui, room, &[("Probe", hint.to_owned())]);
+            says(ui, &room, &[("Probe", hint.to_owned())]);
             return;
         };
+        room.pointer = Some(pointer);
         let pixel = pixel_under(pointer, area);
         // Marks may move, and would be asked about in every pass; vectors stay where they are.
         let still = Scene { phase: 0.0, ..scene.clone() };
@@ -103,10 +114,10 @@ impl Probing {
         // Until the answer has come, that of the pixel before stays: words that blink cannot be read.
         let is_of_volume = |answer: &&Answer| answer.look.scene.has_same_volume(scene);
         let Some(answer) = self.answer.as_ref().filter(is_of_volume) else {
-            says(ui, room, &[("Probe", "Preparing the field…".to_owned())]);
+            says(ui, &room, &[("Probe", "Preparing the field…".to_owned())]);
             return;
         };
-        says(ui, room, &answer_words(answer, space));
+        says(ui, &room, &answer_words(answer, space));
         if matches!(answer.seen, Ok(Seen::Point(_))) {
             mark(ui, pointer);
         }
@@ -194,8 +205,33 @@ fn named(vector: DVec3, names: [&str; 3]) -> String {
     [0, 1, 2].map(number).join("   ")
 }
 
-/// Rows of words in the upper left corner of the viewport.
-fn says(ui: &Ui, viewport: Rect, rows: &[(&str, String)]) {
+/// Where words may stand.
+struct Room {
+    rect: Rect,
+    /// What they cover last of all.
+    pointer: Option<Pos2>,
+    /// What they leave free if they can.
+    taken: Vec<Rect>,
+}
+
+impl Room {
+    /// Where words of a size stand: in the upper left corner, but for what they would cover there.
+    fn place(&self, size: Vec2) -> Rect {
+        let inner = self.rect.shrink(INSET);
+        let free = (inner.size() - size).max(Vec2::ZERO);
+        let places = [(0.0, 0.0), (1.0, 0.0), (0.0, 0.5), (1.0, 0.5)];
+        let places = places.map(|(x, y)| Rect::from_min_size(inner.min + free * vec2(x, y), size));
+        let covers = |place: &Rect| {
+            let pointer = self.pointer.is_some_and(|at| place.expand(2.0 * ARM).contains(at));
+            (pointer, self.taken.iter().filter(|taken| place.intersects(**taken)).count())
+        };
+        places.into_iter().min_by_key(covers).unwrap_or(inner)
+    }
+}
+
+/// Rows of words beside what is pointed at.
+fn says(ui: &Ui, room: &Room, rows: &[(&str, String)]) {
+    let viewport = room.rect;
     let painter = ui.painter_at(viewport);
     let font = FontId::proportional(FONT);
     let lay = |text: &str, colour: Color32| {
@@ -207,11 +243,9 @@ fn says(ui: &Ui, viewport: Rect, rows: &[(&str, String)]) {
         .collect();
     let width = galleys.iter().map(|(_, text)| text.size().x).fold(0.0, f32::max) + NAMES;
     let heights = galleys.iter().map(|(_, text)| text.size().y.max(LINE)).sum::<f32>();
-    let corner = viewport.min + vec2(INSET, INSET);
-    let size = vec2(width, heights) + vec2(2.0, 1.0) * PADDING;
-    let ground = Rect::from_min_size(corner, size);
+    let ground = room.place(vec2(width, heights) + vec2(2.0, 1.0) * PADDING);
     painter.rect_filled(ground, CornerRadius::same(5), theme::PANEL.gamma_multiply(0.9));
-    let mut at = corner + vec2(PADDING, PADDING / 2.0);
+    let mut at = ground.min + vec2(PADDING, PADDING / 2.0);
     for (name, text) in galleys {
         let height = text.size().y.max(LINE);
         painter.galley(at, name, theme::TEXT_FAINT);
@@ -245,6 +279,25 @@ mod tests {
         assert_eq!(pixel_under(pos2(10.0, 20.0), area), [0, 0]);
         assert_eq!(pixel_under(pos2(60.4, 45.0), area), [100, 50]);
         assert_eq!(pixel_under(pos2(110.0, 70.0), area), [199, 99], "the last one");
+    }
+
+    #[test]
+    fn words_stand_beside_what_is_pointed_at_and_what_annotations_have_taken() {
+        let rect = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 600.0));
+        let size = vec2(200.0, 100.0);
+        let place =
+            |pointer, taken: &[Rect]| Room { rect, pointer, taken: taken.to_vec() }.place(size).min;
+        let (left, right) = (pos2(INSET, INSET), pos2(800.0 - 200.0 - INSET, INSET));
+        let far = Some(pos2(400.0, 300.0));
+        assert_eq!(place(far, &[]), left);
+        assert_eq!(place(Some(pos2(50.0, 50.0)), &[]), right);
+        let at = |x: f32, y: f32| Rect::from_min_size(pos2(x, y), vec2(30.0, 10.0));
+        assert_eq!(place(far, &[at(100.0, 60.0)]), right);
+        let both = [at(100.0, 60.0), at(700.0, 60.0)];
+        assert_eq!(place(far, &both), pos2(INSET, 250.0));
+        // Where something has to be covered it is not the place itself.
+        let all = [both[0], both[1], at(100.0, 300.0), at(700.0, 300.0)];
+        assert_eq!(place(Some(pos2(50.0, 50.0)), &all), right);
     }
 
     #[test]

@@ -11,7 +11,7 @@ impl Window {
         let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
         if scene.splat.visibility != Visibility::Slabs {
             self.notices
-                .hint("This mode cannot be refined further: Slabs can (Visibility, under Splats)");
+                .hint("This mode cannot be refined further: choose the exact mode under Splats, or Slabs for Visibility there");
         } else if let Some(hint) = stays_full(self.accuracy.open, self.compare.on) {
             self.notices.hint(hint);
         } else if refined.is_none_or(|refined| !refined.convergence.is_reached()) {

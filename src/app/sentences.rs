@@ -1,7 +1,7 @@
 //! Sentences of the rooms below, as the window says them: these speak of flags, which it has none of.
 
 /// What flags are called in the window, where that is not their name in plain words.
-const NAMES: [(&str, &str); 17] = [
+const NAMES: [(&str, &str); 18] = [
     ("backend", "Back end"),
     ("classify", "Colouring"),
     ("extent", "Extent"),
@@ -11,12 +11,13 @@ const NAMES: [(&str, &str); 17] = [
     ("gouraud-rings", "Mesh rings"),
     ("kernel", "Kernel"),
     ("opacity-model", "Opacity"),
+    ("opacity-unit-distance", "Opacity over"),
     ("order", "Order"),
     ("projection", "Rendering"),
     ("quick-functions-error", "Quick pictures"),
     ("reconstruction", "Reconstruction"),
     ("sheets-per-kernel", "Sheets"),
-    ("slabs-per-voxel", "Slabs"),
+    ("slabs-per-voxel", "Slabs per voxel"),
     ("vector-coarser", "Coarser"),
     ("visibility", "Visibility"),
 ];

@@ -63,6 +63,8 @@ fn dress(style: &mut Style) {
     spacing.slider_width = 130.0;
     spacing.slider_rail_height = 4.0;
     spacing.combo_width = 130.0;
+    // Lists are seen whole, where the window has room for them.
+    spacing.default_area_size.y = 640.0;
     spacing.indent = 12.0;
     spacing.tooltip_width = 320.0;
     spacing.menu_margin = Margin::same(6);

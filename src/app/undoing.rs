@@ -1,16 +1,18 @@
 //! Undo and redo in the window: what a state is, what is called what, and when a step ends.
 //!
 //! Everything that changes the picture, or what lies over it, belongs to a state: which file is open and
-//! which of its fields is drawn, the transfer function and how its graph shows it, the mode, the view, the
+//! which of its fields is drawn, the transfer function and how its graph shows it, the mode, the
 //! comparison, the background and the other display settings, by what streamlines would be made, and the
 //! speed of an animation. What does not: which panels and tools are open, time as it passes, and the list
-//! of recent files. Volumes of earlier steps stay in memory for as long as they take little of what is
+//! of recent files. The camera has steps of its own (*previous view*), so that whoever has turned the volume since still takes
+//! back the last edit; another file, or another axis that is up, brings the camera that belongs to it. Volumes of earlier steps stay in memory for as long as they take little of what is
 //! free; else the oldest steps are forgotten, and that is said.
 
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
 use eframe::egui::{Context, Event};
+use glam::DVec3;
 
 use super::compare::{Compare, Display};
 use super::document::Document;
@@ -19,12 +21,11 @@ use super::panels::Sections;
 use super::panels::transfer::CurveView;
 use super::settings::Settings;
 use super::window::Window;
+use crate::core::Camera;
 use crate::scene::{Sampled, Scene, SplatSettings};
 use crate::transfer::{Gaussian, TransferFunction};
 use crate::volume::Samples;
 
-/// Seconds within which one notch of the wheel goes on with the step of the one before.
-const WHEEL_SECS: f64 = 0.6;
 /// Seconds within which a second press of the key takes the open file away.
 const AGAIN_SECS: f64 = 8.0;
 /// Seconds that the key has to rest before a second press counts.
@@ -34,7 +35,10 @@ const BURST_SECS: f64 = 0.6;
 #[derive(Debug, Clone)]
 pub(super) struct State {
     document: Document,
+    /// Seen from nowhere in particular.
     scene: Scene,
+    /// Where it was seen from last.
+    camera: Camera,
     gaussians: Vec<Gaussian>,
     settings: Settings,
     compare: Comparison,
@@ -50,6 +54,7 @@ struct Comparison {
     on: bool,
     second: SplatSettings,
     display: Display,
+    fits: bool,
     doublings: u32,
     divider: f32,
     edits_second: bool,
@@ -57,13 +62,14 @@ struct Comparison {
 
 impl Comparison {
     fn of(compare: &Compare) -> Self {
-        let Compare { on, second, display, doublings, divider, edits_second, .. } = *compare;
-        Self { on, second, display, doublings, divider, edits_second }
+        let Compare { on, second, display, fits, doublings, divider, edits_second, .. } = *compare;
+        Self { on, second, display, fits, doublings, divider, edits_second }
     }
 
     fn give_to(self, compare: &mut Compare) {
-        let Self { on, second, display, doublings, divider, edits_second } = self;
+        let Self { on, second, display, fits, doublings, divider, edits_second } = self;
         (compare.on, compare.second, compare.display) = (on, second, display);
+        compare.fits = fits;
         (compare.doublings, compare.divider, compare.edits_second) =
             (doublings, divider, edits_second);
     }
@@ -72,8 +78,18 @@ impl Comparison {
 impl PartialEq for State {
     fn eq(&self, other: &Self) -> bool {
         // Taken apart, so that a new part cannot be forgotten here.
-        let Self { document, scene, gaussians, settings, compare, cells, curve, flow, speed } =
-            self;
+        let Self {
+            document,
+            scene,
+            camera: _,
+            gaussians,
+            settings,
+            compare,
+            cells,
+            curve,
+            flow,
+            speed,
+        } = self;
         Arc::ptr_eq(&document.volume, &other.document.volume)
             && scene.makes_same_picture(&other.scene)
             && scene.splat == other.scene.splat
@@ -124,8 +140,6 @@ impl State {
             () if a.inside.clip != b.inside.clip => "clip",
             () if a.inside != b.inside => "inside",
             () if a.up != b.up => "up axis",
-            () if a.camera.projection != b.camera.projection => "projection",
-            () if a.camera != b.camera => "view",
             () if self.compare != after.compare => "comparison",
             () if self.cells != after.cells => "octree cells",
             () if self.settings.annotations != after.settings.annotations => "annotations",
@@ -166,13 +180,6 @@ fn bytes_held_by(past: &VecDeque<State>, present: &State) -> u64 {
     new.map(|(_, bytes)| bytes as u64).sum()
 }
 
-/// What the wheel did last, for notches that go on with a step.
-#[derive(Debug, Default)]
-pub(super) struct Wheel {
-    /// When the last step was recorded, if it was one of the wheel.
-    last_secs: Option<f64>,
-}
-
 impl Window {
     /// Everything that can be undone, once something is open.
     fn state(&self) -> Option<State> {
@@ -180,13 +187,17 @@ impl Window {
         // Time passes by itself, and what was made of a state is no part of it.
         scene.phase = 0.0;
         scene.forget_field_values();
+        let nowhere = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0);
+        let camera = std::mem::replace(&mut scene.camera, nowhere);
         Some(State {
             document,
             scene,
+            camera,
             gaussians: self.gaussians.clone(),
             settings: Settings {
                 recent: Vec::new(),
                 side_panel: true,
+                knows_drag: false,
                 sections: Sections::new(),
                 ..self.settings.clone()
             },
@@ -210,19 +221,33 @@ impl Window {
     pub(super) fn record_now(&mut self, ctx: &Context) {
         let Some(state) = self.state() else { return };
         let is_wheel = |event: &Event| matches!(event, Event::MouseWheel { .. } | Event::Zoom(_));
-        let (now_secs, wheel) = ctx.input(|i| (i.time, i.events.iter().any(is_wheel)));
-        let goes_on = self.wheel.last_secs.is_some_and(|last| now_secs - last < WHEEL_SECS);
-        if self.history.record(&state, wheel && goes_on) {
-            self.wheel.last_secs = wheel.then_some(now_secs);
+        let notch_secs = ctx.input(|i| i.events.iter().any(is_wheel).then_some(i.time));
+        if self.history.record(&state, notch_secs) {
             self.limit_memory(&state);
+        }
+        if let Some(present) = self.history.present_mut() {
+            present.camera = state.camera;
+        }
+        self.views.record(&state.camera, notch_secs);
+    }
+
+    /// Another camera for the view that steps go on from.
+    pub(super) fn amend_view(&mut self) {
+        let camera = self.scene.as_ref().map(|scene| scene.camera);
+        if let Some((present, camera)) = self.views.present_mut().zip(camera) {
+            *present = camera;
         }
     }
 
-    /// Another camera for the state that steps go on from.
-    pub(super) fn amend_view(&mut self) {
-        let camera = self.scene.as_ref().map(|scene| scene.camera);
-        if let Some((present, camera)) = self.history.present_mut().zip(camera) {
-            present.scene.camera = camera;
+    /// Goes one view back, or forward again.
+    pub(super) fn step_view(&mut self, ctx: &Context, back: bool) {
+        // What is still in the hand is a step, too.
+        self.record_now(ctx);
+        let camera = if back { self.views.undo() } else { self.views.redo() };
+        match self.scene.as_mut().zip(camera) {
+            Some((scene, camera)) => scene.camera = camera,
+            None if back => self.notices.hint("There is no earlier view"),
+            None => self.notices.hint("There is no later view"),
         }
     }
 
@@ -273,7 +298,6 @@ impl Window {
     pub(super) fn step(&mut self, ctx: &Context, back: bool) {
         // What is still in the hand is a step, too.
         self.record_now(ctx);
-        self.wheel = Wheel::default();
         let state = if back { self.history.undo() } else { self.history.redo() };
         match state {
             Some(state) => self.return_to(ctx, state),
@@ -283,19 +307,31 @@ impl Window {
     }
 
     fn return_to(&mut self, ctx: &Context, state: State) {
-        let State { document, scene, gaussians, settings, compare, cells, curve, flow, speed } =
-            state;
-        let is_same = |now: &Document| now.is_same_file(&document);
-        if !self.document.as_ref().is_some_and(is_same) {
+        let State {
+            document,
+            scene,
+            camera,
+            gaussians,
+            settings,
+            compare,
+            cells,
+            curve,
+            flow,
+            speed,
+        } = state;
+        let is_same = self.document.as_ref().is_some_and(|now| now.is_same_file(&document));
+        if !is_same {
             self.leave_file(ctx, &document);
         }
         self.document = Some(document);
-        self.scene = Some(scene);
+        // The view is as it is now, but where it belongs to what comes back.
+        let now = self.scene.take().filter(|now| is_same && now.up == scene.up);
+        self.scene = Some(Scene { camera: now.map_or(camera, |now| now.camera), ..scene });
         self.gaussians = gaussians;
         let recent = std::mem::take(&mut self.settings.recent);
         let sections = std::mem::take(&mut self.settings.sections);
-        let side_panel = self.settings.side_panel;
-        self.settings = Settings { recent, sections, side_panel, ..settings };
+        let Settings { side_panel, knows_drag, .. } = self.settings;
+        self.settings = Settings { recent, sections, side_panel, knows_drag, ..settings };
         compare.give_to(&mut self.compare);
         (self.cells.on, self.cells.max_error) = cells;
         self.transfer.let_go();

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use eframe::egui::Context;
 
+use super::document::Document;
 use super::job::{Ended, Job};
 use super::window::Window;
 use crate::core::Ticket;
@@ -136,6 +137,14 @@ impl Window {
             vectors_of(&grid, source, ticket)
         });
         self.vectors.job = Some((is_second, job));
+    }
+
+    /// Starts to make the first vectors of the open file ready.
+    pub(super) fn show_first_vectors(&mut self, ctx: &Context) {
+        match self.document.as_ref().and_then(Document::first_vectors) {
+            Some(index) => self.choose_vectors(ctx, false, Some(VectorSource::Field(index))),
+            None => self.notices.hint("There are no vectors in what is open"),
+        }
     }
 
     /// Puts vectors that are ready into the scene.

@@ -47,11 +47,12 @@ use super::saving::{Renderer, Saved};
 use super::settings::Settings;
 use super::slice_handles::SliceHandles;
 use super::theme;
-use super::undoing::{State, Wheel};
+use super::undoing::State;
 use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{Annotation, Moving, NamedView, Orientation, Scene, SplatSettings};
+use crate::scene::{Annotation, Annotations, Moving, NamedView, Orientation, Scene, SplatSettings};
+use crate::task::annotations::beside_bars;
 use crate::task::engine::EngineState;
 use crate::task::level::LevelOfDetail;
 use crate::transfer::Gaussian;
@@ -109,7 +110,8 @@ pub struct Window {
     pub(super) leveling: Leveling,
     pub(super) probing: Probing,
     pub(super) history: History<State>,
-    pub(super) wheel: Wheel,
+    /// Steps of the camera.
+    pub(super) views: History<Camera>,
     /// When the key for undo last asked whether the open file is to go.
     pub(super) undo_asked_secs: Option<f64>,
     pub(super) viewport: Viewport,
@@ -117,6 +119,8 @@ pub struct Window {
     pub(super) fitted: Option<(NamedView, Camera)>,
     /// The viewport's size in physical pixels at the last pass.
     pub(super) viewport_size: [u32; 2],
+    /// The same, and whether axes and scalar bars take of it.
+    room: ([u32; 2], bool, bool),
     /// The same with its place on the window before it: left, top, width, height.
     pub(super) viewport_pixels: [u32; 4],
     pub(super) pacing: Pacing,
@@ -179,10 +183,11 @@ impl Window {
             leveling: Leveling::default(),
             probing: Probing::default(),
             history: History::default(),
-            wheel: Wheel::default(),
+            views: History::default(),
             undo_asked_secs: None,
             fitted: None,
             viewport_size: [1, 1],
+            room: ([1, 1], false, false),
             viewport_pixels: [0, 0, 1, 1],
             pacing: Pacing::default(),
             rate: PictureRate::default(),
@@ -299,6 +304,8 @@ impl Window {
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
             Action::Undo => self.step(ctx, true),
             Action::Redo => self.step(ctx, false),
+            Action::PreviousView => self.step_view(ctx, true),
+            Action::NextView => self.step_view(ctx, false),
             Action::ViewFront => self.look(NamedView::Front),
             Action::ViewBack => self.look(NamedView::Back),
             Action::ViewLeft => self.look(NamedView::Left),
@@ -320,6 +327,8 @@ impl Window {
             Action::EndTools => self.end_tools(ctx),
             Action::ToggleAnimation => self.toggle_animation(ctx),
             Action::ToggleLights => self.toggle_lights(),
+            Action::ToggleFade => self.toggle_fade(),
+            Action::ShowVectors => self.show_first_vectors(ctx),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
             Action::ToggleScalarBar => self.toggle_annotation(Annotation::ScalarBar),
             Action::ToggleScaleBar => self.toggle_annotation(Annotation::ScaleBar),
@@ -357,6 +366,7 @@ impl Window {
                 matches!(scene.camera.projection, Projection::Perspective { .. })
             }),
             Action::ToggleLights => scene.is_some_and(|scene| scene.shading.lighting.is_some()),
+            Action::ToggleFade => scene.is_some_and(Scene::is_faded),
             Action::ToggleScalarBar => written(Annotation::ScalarBar),
             Action::ToggleScaleBar => written(Annotation::ScaleBar),
             Action::ToggleAxes => written(Annotation::Axes),
@@ -382,14 +392,15 @@ impl Window {
         }
     }
 
+    fn toggle_fade(&mut self) {
+        if let Some(scene) = &mut self.scene {
+            scene.fade(!scene.is_faded());
+        }
+    }
+
     fn toggle_annotation(&mut self, which: Annotation) {
-        let unmoved = self.unmoved_view().filter(|_| which == Annotation::Axes);
         let switch = self.settings.annotations.switch(which);
         *switch = !*switch;
-        // A view of everything has room for them.
-        if let Some(view) = unmoved {
-            self.fit(view);
-        }
     }
 
     fn change_camera(&mut self, change: impl FnOnce(&Camera) -> Camera) {
@@ -423,9 +434,11 @@ impl Window {
 
     /// Shows everything along a named view, by the projection that there is.
     pub(super) fn fit(&mut self, view: NamedView) {
-        let (orientation, size) = (self.orientation(), self.viewport_size.map(f64::from));
+        let orientation = self.orientation();
         if let Some(scene) = &mut self.scene {
-            let has_axes = self.settings.annotations.has(Annotation::Axes);
+            let annotations = self.settings.annotations;
+            let has_axes = annotations.has(Annotation::Axes);
+            let size = beside_bars(annotations, scene, self.viewport_size);
             let framed = camera_control::framed(scene, (view, orientation), size, has_axes);
             scene.camera = framed;
             self.fitted = Some((view, scene.camera));
@@ -438,10 +451,13 @@ impl Window {
         self.fitted.filter(|(_, fitted)| *fitted == camera).map(|(view, _)| view)
     }
 
-    /// Takes note of the viewport's size in physical pixels. A view of everything that nobody has moved stays one, which is no step to
-    /// be undone.
+    /// Takes note of the viewport's size in physical pixels, and of what annotations leave of it. A view of everything that nobody has
+    /// moved stays one, which is no step of the view.
     pub(super) fn resize(&mut self, size: [u32; 2]) {
-        if std::mem::replace(&mut self.viewport_size, size) == size {
+        self.viewport_size = size;
+        let Annotations { axes, scalar_bar, .. } = self.settings.annotations;
+        let room = (size, axes, scalar_bar);
+        if std::mem::replace(&mut self.room, room) == room {
             return;
         }
         if let Some(view) = self.unmoved_view() {

@@ -202,7 +202,7 @@ pub fn visibility(visibility: Visibility) -> (&'static str, &'static str) {
         ),
         Visibility::Slabs => (
             "Slabs",
-            "Samples are added up in thin slabs facing you: no jumps, and as exact as you like",
+            "Each ray is cut into short steps, called slabs, in which samples are added up: no jumps, and as exact as you like",
         ),
     }
 }

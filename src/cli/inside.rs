@@ -48,8 +48,8 @@ pub struct InsideFlags {
     #[arg(long, value_name = "X,Y,Z,NX,NY,NZ[:A]", value_parser = slice_plane,
         allow_hyphen_values = true)]
     pub slice_plane: Vec<Slice>,
-    /// Leave out of all slices what the transfer function gives no opacity, as slices that are new in the
-    /// window do; without it they show every value
+    /// Leave out of all slices what the transfer function gives no opacity, such as the air around a head; without it
+    /// they show every value
     #[arg(long)]
     pub slice_only_shown: bool,
     /// Draw on all slices where they cut from one cell of a mesh into another

@@ -342,6 +342,7 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     }
     let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
     let lines: Vec<DVec3> = flow.iter().flat_map(|(_, layer)| layer.mesh.places()).collect();
+    let surfaces: Vec<DVec3> = polygons.iter().flat_map(|(_, layer)| layer.mesh.places()).collect();
     polygons.extend(flow);
     if scene.shows_field() && flags.polygons.embeds_opaque(&input.path) {
         note(&format!(
@@ -358,19 +359,28 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     }
     let scene = Scene { shading, inside, ..scene };
     let mut scene = with_layers(scene, &flags.scene, vectors, polygons)?;
-    let has_axes = flags.annotations.is_some_and(|written| written.has(Annotation::Axes));
-    if has_axes && flags.scene.camera_focal_point.is_none() && flags.scene.parallel_scale.is_none()
-    {
-        scene.camera = among_axes(&scene, scene.camera);
+    let written = flags.annotations.unwrap_or_default();
+    if flags.scene.camera_focal_point.is_none() && flags.scene.parallel_scale.is_none() {
+        if written.has(Annotation::Axes) {
+            scene.camera = among_axes(&scene, scene.camera);
+        }
+        let [width, height] = flags.resolution.map(f64::from);
+        let beside = annotations::beside_bars(written, &scene, flags.resolution);
+        scene.camera.parallel_scale *= (height / beside[0]).max(1.0) / (height / width).max(1.0);
     }
     if let Some(refusal) = scene.refusals().first() {
         return Err(Failure::Usage(refusal.to_string()));
     }
-    if scene.little_seen_of_places(&lines).is_some() {
-        note(
-            "the streamlines or arrows lie in opaque matter, which hides them: leave it out (--vectors-only), lower its \
-             --opacity, or cut it open (--clip-box)",
-        );
+    for (what, places, leave_out) in [
+        ("streamlines or arrows", lines, "--vectors-only"),
+        ("labels or meshes", surfaces, "--opacity 0:0"),
+    ] {
+        if scene.little_seen_of_places(&places).is_some() {
+            note(&format!(
+                "the {what} lie in opaque matter, which hides them: leave it out ({leave_out}), lower its --opacity, or \
+                 cut it open (--clip-box)"
+            ));
+        }
     }
     let points = scene.volume().and_then(|volume| volume.scattered.as_ref());
     let strays = points.filter(|_| scene.splat.kernel == Kernel::Ellipsoids);

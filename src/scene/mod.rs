@@ -43,7 +43,7 @@ pub use mode::{
     MOST_SHEETS_PER_KERNEL, MOST_SLABS_PER_VOXEL, ModeChoice, ModeError, Moving, OpacityModel,
     Order, Reconstruction, SplatSettings, Visibility,
 };
-pub use orientation::{NamedView, Orientation, UpAxis, axis_letters};
+pub use orientation::{NamedView, Orientation, UpAxis, axis_letters, plane_names};
 pub use placing::place_over;
 pub use polygons::{BESIDE, ByArray, POLYGON_COLOUR, PolygonError, PolygonLayer, PolygonLook};
 pub use refusals::{Ground, Refusal};

@@ -3,7 +3,9 @@
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+use super::Slice;
 use crate::core::{Camera, names};
+use crate::volume::Lattice;
 
 /// A named direction to look along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -205,6 +207,24 @@ pub fn axis_letters(space: Option<&str>) -> [&'static str; 3] {
     }
 }
 
+/// What planes across a lattice's own axes are called: those of a patient as radiologists call what they come nearest to.
+pub fn plane_names(lattice: &Lattice, space: Option<&str>) -> [&'static str; 3] {
+    let letters = axis_letters(space);
+    let names = [0, 1, 2].map(|axis| {
+        let normal = Slice::across(lattice, axis, 0.5, 1.0).plane.normal;
+        match letters[normal.abs().max_position()] {
+            "L" | "R" => "Sagittal",
+            "A" | "P" => "Coronal",
+            "S" | "I" => "Axial",
+            axis => axis,
+        }
+    });
+    let [a, b, c] = names;
+    // Two of a lattice that lies very obliquely may be nearest to the same.
+    let are_of_a_patient = letters != ["x", "y", "z"] && a != b && b != c && c != a;
+    if are_of_a_patient { names } else { ["Across x", "Across y", "Across z"] }
+}
+
 /// Whether a file calls its space left-handed, as of slices that are stacked downwards: with x to the right and y away from
 /// who looks, z points down.
 fn is_left_handed(space: Option<&str>) -> bool {
@@ -309,6 +329,28 @@ mod tests {
         // Patients are seen from the front, all else from a corner.
         assert_eq!(Orientation::of(Some("RAS")).first_view(), NamedView::Front);
         assert_eq!(Orientation::of(Some("3D-left-handed")).first_view(), NamedView::Isometric);
+    }
+
+    #[test]
+    fn planes_of_patients_are_called_as_radiologists_do_whatever_axes_slices_were_stored_along() {
+        let named = |axes: [DVec3; 3], space| {
+            let [x, y, z] = axes.map(DVec3::normalize);
+            let direction = DMat3::from_cols(x, y, z);
+            plane_names(&Lattice { direction, ..Lattice::unit([4; 3]) }, space)
+        };
+        let whole = DVec3::AXES;
+        for space in ["LPS", "RAS", "left-posterior-inferior"] {
+            assert_eq!(named(whole, Some(space)), ["Sagittal", "Coronal", "Axial"], "{space}");
+        }
+        assert_eq!(named(whole, Some("RSA")), ["Sagittal", "Axial", "Coronal"]);
+        // Slices stacked from front to back, a little tilted.
+        let stacked = [DVec3::X, DVec3::new(0.0, 0.1, -1.0), DVec3::new(0.0, 1.0, 0.1)];
+        assert_eq!(named(stacked, Some("LPS")), ["Sagittal", "Axial", "Coronal"]);
+        let across = ["Across x", "Across y", "Across z"];
+        assert_eq!(named(stacked, None), across);
+        let oblique =
+            [DVec3::new(1.0, 1.0, -1.0), DVec3::new(-1.0, 1.0, 0.9), DVec3::new(0.9, 0.0, 1.0)];
+        assert_eq!(named(oblique, Some("LPS")), across, "two are nearest to the same");
     }
 
     #[test]

@@ -12,6 +12,8 @@ const HALO: f64 = 0.12;
 const LEAST_HALO: f64 = 1.3;
 /// Places around each letter from which its halo is made.
 const AROUND: usize = 12;
+/// The greatest part of a picture's width that is left to scalar bars.
+const MOST_OF_BARS: f64 = 0.2;
 
 /// Annotations of a scene's picture of `size` pixels, laid out with the font that files are lettered
 /// with. `space` is what the file calls its space.
@@ -22,6 +24,20 @@ pub fn laid_out(
     size: [u32; 2],
 ) -> Layout {
     lay_out_annotations(annotations, scene, space, size, &lettering::width)
+}
+
+/// Of a scene's picture the width and height in which a view of everything lies beside the scalar bars, if these are asked for. As much
+/// as they take is left at the other side, too, so that what is seen stays in the middle however it is turned.
+pub fn beside_bars(annotations: Annotations, scene: &Scene, size: [u32; 2]) -> [f64; 2] {
+    let bars = Annotations { scalar_bar: annotations.scalar_bar, ..Annotations::NONE };
+    let [width, height] = size.map(f64::from);
+    // What stands over them may reach farther: there is less to be hidden near a corner.
+    let lefts = laid_out(bars, scene, None, size).primitives.into_iter().filter_map(|primitive| {
+        let Primitive::Rectangle { area, .. } = primitive else { return None };
+        Some(area.low.x)
+    });
+    let bars = width - lefts.fold(width, f64::min);
+    [width - 2.0 * bars.min(MOST_OF_BARS * width), height]
 }
 
 /// Paints annotations over a picture of straight sRGB bytes, `size` [width, height] pixels.

@@ -350,7 +350,7 @@ pub(super) fn by_percentiles(
     let (map, range) = match background.side {
         Side::Low if begins_in_black => {
             let [low, high] = range;
-            (map, [low - ABOVE_BLACK * (high - low), high])
+            (map, [(low - ABOVE_BLACK * (high - low)).max(statistics.min), high])
         }
         Side::High if begins_in_black => (ColourMap::Viridis, range),
         _ => (map, range),
@@ -670,7 +670,9 @@ mod tests {
     fn no_matter_that_shows_is_black() {
         let mut seed = 9;
         let values = (0..60_000).map(|i| [0.0, 0.0, 60.0, 90.0][i % 4] + 12.0 * noise(&mut seed));
-        let (_, f) = of(Samples::UInt8(values.map(|v| v as u8).collect()));
+        let (statistics, f) = of(Samples::UInt8(values.map(|v| v as u8).collect()));
+        let [low, high] = f.colour.range();
+        assert!(statistics.min <= low && high <= statistics.max, "of its own values: {f:?}");
         let least =
             (0..=255).map(f64::from).find(|&v| f.opacity_at(v) > 0.01).expect("something shows");
         assert!(f.colour_at(least).0[0] > 0.01, "{least}: {f:?}");

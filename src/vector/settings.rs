@@ -183,8 +183,8 @@ impl VectorSettings {
             settings.transfer.opacity = vec![(half, 0.0), (most, 1.0)];
         }
         if top > half {
-            // What shows begins in the brighter half of the map.
-            let range = [half - 1.6 * (top - half), top];
+            // What shows begins in the brighter half of the map, where no length less than the least is needed for that.
+            let range = [(half - 1.6 * (top - half)).max(lengths.min), top];
             settings.transfer.colour = ColourSource::Map { map: ColourMap::Plasma, range };
         }
         Self {

@@ -166,6 +166,12 @@ fn labels_of_another_file_are_surfaces_of_their_names_and_colours() {
     );
     let said = errors(&voxsplat(&[&small[..], &["--labels", labels]].concat()));
     assert!(!said.contains("beside the volume"), "{said}");
+    let hides = |opacity: &str| {
+        let flags = ["--labels", labels, "--opacity", opacity];
+        let said = errors(&voxsplat(&[&small[..], &flags].concat()));
+        said.contains("labels or meshes lie in opaque matter, which hides them")
+    };
+    assert!(hides("0:1,1:1") && !hides("0:0,1:0"));
     if !can_draw() {
         return;
     }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use voxsplat::scene::annotations::Primitive;
 use voxsplat::scene::{Annotation, Annotations};
 use voxsplat::task::annotations::{draw, laid_out};
 
@@ -25,22 +26,50 @@ fn switches_of_annotations_are_steps_that_can_be_taken_back_and_pointing_is_none
     let mut bench = Bench::opened();
     assert_eq!(annotations(&bench), Annotations { trihedron: true, ..Annotations::NONE });
     let requests = bench.request_count();
-    press(&mut bench, Key::B);
-    bench.harness.get_by_role_and_label(Role::CheckBox, "Axes").scroll_to_me();
+    press(&mut bench, Key::S);
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Trihedron").scroll_to_me();
     bench.harness.run_steps(3);
-    bench.harness.get_by_role_and_label(Role::CheckBox, "Axes").click();
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Trihedron").click();
     bench.harness.run_steps(3);
-    assert!(annotations(&bench).has(Annotation::Axes) && annotations(&bench).scalar_bar);
+    assert!(!annotations(&bench).has(Annotation::Trihedron) && annotations(&bench).scale_bar);
     // The pointer over the picture changes nothing that could be taken back.
     bench.hover(bench.viewport().center());
     bench.harness.run_steps(3);
     bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     bench.harness.run_steps(3);
-    assert!(!annotations(&bench).axes && annotations(&bench).scalar_bar);
+    assert!(annotations(&bench).trihedron && annotations(&bench).scale_bar);
     bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     bench.harness.run_steps(3);
-    assert!(!annotations(&bench).scalar_bar && annotations(&bench).trihedron);
+    assert!(!annotations(&bench).scale_bar && annotations(&bench).trihedron);
     assert_eq!(bench.request_count(), requests, "no picture is drawn for them");
+}
+
+#[test]
+fn a_view_of_everything_lies_beside_its_scalar_bar() {
+    let mut bench = Bench::opened();
+    let before = bench.camera();
+    press(&mut bench, Key::B);
+    bench.settle();
+    let request = bench.last_request();
+    let (scene, size) = (&request.scene, request.size);
+    let layout = laid_out(annotations(&bench), scene, None, size);
+    let bars = layout.primitives.iter().filter_map(|primitive| match primitive {
+        Primitive::Rectangle { area, .. } => Some(area.low.x),
+        _ => None,
+    });
+    let left = bars.fold(f64::INFINITY, f64::min);
+    let (camera, lattice) = (scene.camera, scene.lattice());
+    let last = glam::DVec3::from(lattice.dims.map(|n| n as f64)) - 0.5;
+    for corner in 0..8 {
+        let index = [0, 1, 2].map(|axis| [-0.5, last[axis]][corner >> axis & 1]);
+        let world = lattice.world_from_index(index.into());
+        let pixel = camera.pixel_from_view(camera.to_view(world), size.map(f64::from));
+        let x = pixel.expect("before the eye").x;
+        assert!(x < left, "{x} of the volume lies under the bar at {left}");
+    }
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(bench.camera(), before, "all of the room again");
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn a_pointer_that_jumps_and_presses_within_one_pass_turns_nothing() {
 /// Nothing on screen said how to turn the view, or where the keys are.
 #[test]
 fn the_first_picture_says_how_to_take_hold_of_it_until_somebody_does() {
-    let words = "Drag to turn · wheel to zoom · H shows every key";
+    let words = "Drag to turn · wheel to zoom · press H for all keys";
     let mut bench = Bench::opened();
     assert!(bench.shows(words) && !bench.window().settings().knows_drag);
     // The hand goes through it.
@@ -234,7 +234,7 @@ fn the_key_list_fits_a_usual_window_and_a_small_one_shows_that_there_is_more() {
     bench.harness.set_size(vec2(1280.0, 720.0));
     press(&mut bench, Modifiers::NONE, Key::H);
     bench.harness.run_steps(3);
-    let last = "Show or hide the list of keys and mouse buttons";
+    let last = "Show or hide this list of all keys and mouse buttons";
     let place = |bench: &Bench| bench.harness.get_by_label(last).rect();
     let close = bench.harness.get_by_label("Close").rect();
     let end = place(&bench);
@@ -260,8 +260,8 @@ fn a_view_of_everything_stays_one_however_wide_the_window_and_one_that_was_moved
         let now = per_shape(&bench);
         assert!((now / before - 1.0).abs() < 0.01, "{size:?}: {now} rather than {before}");
     }
-    press(&mut bench, Modifiers::COMMAND, Key::Z);
-    assert!(bench.shows("There is nothing to undo"));
+    press(&mut bench, Modifiers::ALT, Key::ArrowLeft);
+    assert!(bench.shows("There is no earlier view"));
     bench.wheel(2.0);
     bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(20.0, 0.0));
     let moved = bench.camera();
@@ -345,6 +345,10 @@ fn a_file_that_has_vectors_beside_its_values_says_so() {
     let mut bench = Bench::opened();
     bench.open("triples.nrrd");
     assert!(bench.tells("has vectors, too: wind"));
+    bench.harness.get_by_role_and_label(Role::Button, "Show the vectors").click();
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
+    bench.harness.run_steps(3);
+    assert!(!bench.tells("has vectors, too"), "done");
     bench.open("vector.nrrd");
     assert!(!bench.tells("has vectors, too"), "they are seen");
 }
@@ -398,15 +402,25 @@ fn a_projection_has_a_range_of_its_own_that_can_be_set() {
 }
 
 #[test]
-fn a_slice_is_no_wall_at_first_and_is_dragged_by_its_handle() {
+fn a_slice_shows_its_section_whole_at_first_and_is_dragged_by_its_handle() {
     let mut bench = Bench::opened();
     bench.harness.get_by_label("Add slice").click();
     bench.settle();
     let slice = |bench: &Bench| -> Slice { bench.last_request().scene.inside.slices[0] };
-    assert!(slice(&bench).only_shown);
+    assert!(!slice(&bench).only_shown);
+    let scene = bench.last_request().scene;
+    assert_eq!(scene.little_seen_of_slice(&slice(&bench)), None, "what hid it is faint");
+    assert!(scene.is_faded());
+    press(&mut bench, Modifiers::COMMAND, Key::Z);
+    let scene = bench.window().scene().expect("something is open");
+    assert!(scene.inside.slices.is_empty() && !scene.is_faded(), "one step");
+    press(&mut bench, Modifiers::COMMAND, Key::Y);
+    bench.harness.get_by_label("Show the volume again").click();
+    bench.settle();
+    assert!(!bench.last_request().scene.is_faded());
     bench.harness.get_by_role_and_label(Role::CheckBox, "Slice 1 hides transparent parts").click();
     bench.settle();
-    assert!(!slice(&bench).only_shown);
+    assert!(slice(&bench).only_shown);
     let scene = bench.last_request().scene;
     let lattice = scene.lattice();
     assert_eq!(slice(&bench).share_across(&lattice, 2), Some(0.5));

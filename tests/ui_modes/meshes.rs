@@ -75,11 +75,11 @@ fn what_is_of_samples_alone_is_not_shown_of_cells() {
     for name in of_samples {
         assert!(!bench.shows(name), "{name}");
     }
-    for name in ["Drawing", "Kernel", "Colouring", "Slabs per sample", "Unit distance"] {
+    for name in ["Drawing", "Kernel", "Colouring", "Slabs per sample", "Opacity over"] {
         assert!(bench.shows(name), "{name}");
     }
     // What it is told to be is what it is.
-    let unit = bench.harness.get_by_role_and_label(Role::Slider, "Unit distance");
+    let unit = bench.harness.get_by_role_and_label(Role::Slider, "Opacity over");
     let shown = unit.accesskit_node().numeric_value();
     assert_eq!(shown, Some(scene(&bench).opacity_unit_distance()));
     bench.harness.key_press(Key::G);

@@ -169,7 +169,8 @@ fn a_mesh_that_the_window_starts_with_is_embedded_in_the_volume() {
     let said: Vec<&str> =
         bench.window().notices().shown().iter().map(|notice| notice.text.as_str()).collect();
     let is_told = said.iter().any(|text| text.contains("Open recent: other.nrrd"));
-    assert!(said.len() == 1 && is_told, "{said:?}");
+    let is_hidden = said.iter().any(|text| text.starts_with("The volume hides"));
+    assert!(said.len() == 2 && is_told && is_hidden, "{said:?}");
     let bench = start("bad.nrrd");
     let said = bench.window().notices().shown().last().expect("a note").text.clone();
     assert!(said.starts_with("Left out") && said.ends_with("fibre.obj"), "{said}");
@@ -282,6 +283,42 @@ fn what_was_added_is_in_sight_though_its_section_is_closed_at_first() {
     bench.wait_until(|window| window.scene().is_some_and(|scene| Shown::all_of(scene).len() == 2));
     bench.settle();
     assert!(bench.shows("Label 7") && bench.shows("Add polygons…"));
+}
+
+#[test]
+fn labels_that_the_volume_hides_are_said_to_be_hidden_and_seen_once_it_is_faded() {
+    let mut bench = Bench::opened();
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut add = |name: &str, is_label: fn(usize) -> bool| {
+        let path = folder.path().join(name);
+        let values = (0..512).map(|i| if is_label(i) { "1 " } else { "0 " });
+        let head = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 8\nencoding: ascii\n\n";
+        let text: String = std::iter::once(head).chain(values).collect();
+        std::fs::write(&path, text).expect("written");
+        press(&mut bench, "Add labels…");
+        bench.harness.get_by_label(FILE_OF_LABELS).type_text(path.to_str().expect("UTF-8"));
+        bench.settle();
+        press(&mut bench, "Add");
+        bench.wait_until(|window| {
+            window
+                .notices()
+                .shown()
+                .iter()
+                .any(|notice| notice.text.ends_with(&format!("surfaces: {name}")))
+        });
+        bench.settle();
+        let notices = bench.window().notices().shown();
+        notices.iter().any(|notice| notice.text.starts_with("The volume hides"))
+    };
+    // The uppermost layer, and two voxels in the middle.
+    assert!(!add("above.nrrd", |i| i >= 448));
+    assert!(add("within.nrrd", |i| i % 8 == 4 && i / 8 % 8 == 4 && (3..5).contains(&(i / 64))));
+    press(&mut bench, "Fade the volume");
+    assert!(bench.last_request().scene.is_faded());
+    assert!(!bench.tells("The volume hides"), "it has been done");
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert!(!bench.last_request().scene.is_faded());
 }
 
 #[test]

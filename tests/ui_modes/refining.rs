@@ -10,7 +10,8 @@ use super::press;
 use crate::ui_support::Bench;
 
 /// What the status line keeps for a click while the view could be refined further.
-const LEFT: &str = "Doubling the slabs until nothing changes would take about 12 s";
+const LEFT: &str =
+    "Ever thinner steps along the rays (slabs) until nothing changes would take about 12 s";
 
 /// Milliseconds that doubling slabs may take at rest.
 fn converge_ms(bench: &Bench) -> f64 {

@@ -32,7 +32,7 @@ fn is_ticked(bench: &Bench, part: &str) -> bool {
     node.accesskit_node().toggled() == Some(Toggled::True)
 }
 
-const PARTS: [&str; 5] = ["Lights", "Opacity", "Modulation", "Reflection", "Emission"];
+const PARTS: [&str; 5] = ["Lights", "Opacity", "Opacity factor", "Reflection", "Emission"];
 
 #[test]
 fn presets_are_chosen_told_and_taken_back() {
@@ -156,17 +156,17 @@ fn lights_are_added_up_to_the_most_and_removed() {
 #[test]
 fn a_table_is_looked_up_by_another_index_and_its_points_are_dragged() {
     let mut bench = Bench::opened();
-    tick(&mut bench, "Modulation");
+    tick(&mut bench, "Opacity factor");
     let table = |bench: &Bench| shading(bench).modulation.expect("a table");
     assert_eq!(table(&bench).index, Index::GradientStrength);
-    bench.choose("Modulation by", "View depth");
+    bench.choose("Opacity factor by", "View depth");
     assert_eq!(table(&bench).index, Index::ViewDepth);
     assert!(table(&bench).points.iter().all(|(at, _)| (0.0..=1.0).contains(at)));
-    bench.choose("Modulation by", "Gradient azimuth");
+    bench.choose("Opacity factor by", "Gradient azimuth");
     let before = table(&bench).points;
     assert_eq!(before.first().map(|point| point.0), Some(-180.0));
 
-    let graph = bench.harness.get_by_role_and_label(Role::Canvas, "Modulation table").rect();
+    let graph = bench.harness.get_by_role_and_label(Role::Canvas, "Opacity factor table").rect();
     // The first point stands in the lower left corner, at 0.
     let corner = graph.left_bottom() + vec2(7.0, -6.0);
     let by = vec2(graph.width() * 0.2, -graph.height() * 0.4);
@@ -180,7 +180,7 @@ fn a_table_is_looked_up_by_another_index_and_its_points_are_dragged() {
     bench.double_click(empty);
     bench.settle();
     assert_eq!(table(&bench).points.len(), before.len() + 1, "a double click adds one");
-    press(&mut bench, "Remove modulation point");
+    press(&mut bench, "Remove opacity factor point");
     assert_eq!(table(&bench).points, after);
 
     tick(&mut bench, "Reflection");

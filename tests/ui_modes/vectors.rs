@@ -286,6 +286,9 @@ fn the_tornado_opens_flowing_and_space_stops_it_and_lets_it_go_on() {
     let flowing = phases(&mut bench);
     assert!(flowing.len() > 6 && flowing.windows(2).all(|w| w[1] > w[0]), "{flowing:?}");
     assert!(bench.window().scene().is_some_and(|scene| !scene.shows_field()), "the wind alone");
+    let found = layer(&bench);
+    let low = found.settings.transfer.colour.range()[0];
+    assert!(low >= found.field.statistics.min, "no length is less: {low}");
     bench.harness.key_press(Key::Space);
     bench.settle();
     assert_eq!(phases(&mut bench), [0.0; 0], "it stands");

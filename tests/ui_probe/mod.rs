@@ -52,7 +52,7 @@ fn pointing_at_the_picture_tells_what_is_there_and_is_no_step() {
     bench.hover(bench.viewport().left_top() + vec2(3.0, 200.0));
     assert_eq!(answered(&mut bench), Seen::Beside);
     // Taking back is of the view, not of what was pointed at.
-    press(&mut bench, Key::Z, Modifiers::COMMAND);
+    press(&mut bench, Key::ArrowLeft, Modifiers::ALT);
     assert_ne!(bench.camera(), before);
     press(&mut bench, Key::P, Modifiers::NONE);
     assert!(!bench.window().probing().is_on());

@@ -122,7 +122,8 @@ impl Drawer for GradientDrawer {
             // Darker than the first by an eighth of the bytes' range.
             picture.rgba.iter_mut().for_each(|byte| *byte = byte.saturating_sub(SECOND_DARKER));
             picture.rgba.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 255);
-            Arc::new(SecondPicture { picture: Arc::new(picture), first, rmse: Some(0.03) })
+            let picture = Arc::new(picture);
+            Arc::new(SecondPicture { picture, first, rmse: Some(0.03), greatest: Some(0.125) })
         });
         *self.0.untaken_second.lock().expect("no thread died holding it") = drawn;
         self.0.seconds.lock().expect("no thread died holding it").push(request);

@@ -318,10 +318,14 @@ fn record_ui(ui: &mut Ui, record: &EstimateRecord) {
 /// The record in one line.
 fn record_words(record: &EstimateRecord) -> String {
     match (record.count, record.spread_db()) {
-        (0, _) => "No picture's estimate has been checked yet".to_owned(),
-        (1, _) | (_, None) => format!("The one estimate checked was {}", off_words(record.mean_db)),
+        (0, _) => "Quick pictures estimate their error: none has been compared with its finished picture yet".to_owned(),
+        (1, _) | (_, None) => format!(
+            "Quick pictures estimate their error: the one compared with its finished picture was {}",
+            off_words(record.mean_db)
+        ),
         (count, Some(spread)) => format!(
-            "{count} estimates checked: on average {}, give or take {spread:.1}",
+            "Quick pictures estimate their error: {count} compared with their finished pictures were {} on average, \
+             ± {spread:.1} dB",
             off_words(record.mean_db)
         ),
     }
@@ -403,13 +407,18 @@ mod tests {
     #[test]
     fn the_record_says_how_many_and_how_far() {
         let mut record = EstimateRecord::default();
-        assert_eq!(record_words(&record), "No picture's estimate has been checked yet");
+        assert_eq!(
+            record_words(&record),
+            "Quick pictures estimate their error: none has been compared with its finished picture yet"
+        );
         record.add(-0.01);
-        assert_eq!(record_words(&record), "The one estimate checked was right");
+        let one = "Quick pictures estimate their error: the one compared with its finished picture was right";
+        assert_eq!(record_words(&record), one);
         record.add(3.0);
         assert_eq!(
             record_words(&record),
-            "2 estimates checked: on average 1.5 dB too good, give or take 2.1"
+            "Quick pictures estimate their error: 2 compared with their finished pictures were 1.5 dB too good on \
+             average, ± 2.1 dB"
         );
     }
 }

@@ -10,7 +10,7 @@ use crate::app::modes;
 use crate::core::Camera;
 use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Effect, Inside, MOST_CLIP_PLANES, Plane, Scene,
-    SplatSettings, box_of_what_shows,
+    SplatSettings, box_of_what_shows, plane_names,
 };
 use crate::volume::Lattice;
 
@@ -39,19 +39,20 @@ impl ClipEditor {
     }
 }
 
-/// The section. `second` is the mode that the scene's is compared with.
+/// The section. `second` is the mode that the scene's is compared with, and `space` what the file calls its space.
 pub fn clip_ui(
     ui: &mut Ui,
     editor: &mut ClipEditor,
     scene: &mut Scene,
     second: Option<&SplatSettings>,
+    space: Option<&str>,
 ) {
     mode_ui(ui, scene, second);
     let lattice = scene.lattice();
     box_ui(ui, editor, scene);
     let Scene { inside, camera, .. } = scene;
     let Inside { clip, along, .. } = inside;
-    planes_ui(ui, clip, &lattice, camera);
+    planes_ui(ui, clip, &normals(&lattice, camera, space), &lattice);
     let mut coloured = clip.faces == CutFaces::Coloured;
     ui.horizontal(|ui| {
         let has_faces = clip.cuts() && *along == AlongRay::Composite;
@@ -157,29 +158,33 @@ fn box_ui(ui: &mut Ui, editor: &mut ClipEditor, scene: &mut Scene) {
     }
 }
 
-fn planes_ui(ui: &mut Ui, clip: &mut Clip, lattice: &Lattice, camera: &Camera) {
+fn planes_ui(ui: &mut Ui, clip: &mut Clip, offered: &Normals, lattice: &Lattice) {
     let help =
         "Cut away what lies between the eye and the middle of the volume; then turn and move it";
     let more = ["Add clip plane", "planes", help];
     let one = |ui: &mut Ui, i, plane: &mut _| {
-        plane_ui(ui, &format!("Plane {}", i + 1), plane, lattice, camera)
+        plane_ui(ui, &format!("Plane {}", i + 1), plane, lattice, offered)
     };
     if listed_ui(ui, &mut clip.planes, MOST_CLIP_PLANES, more, one) {
-        clip.planes.push(Plane { point: lattice.centre(), normal: camera.direction });
+        let (_, normal) = offered[3];
+        clip.planes.push(Plane { point: lattice.centre(), normal });
     }
 }
 
-/// The normals on offer: what they are called, and towards where.
-fn normals(lattice: &Lattice, camera: &Camera) -> [(&'static str, DVec3); 4] {
+/// The normals on offer: what planes across them are called, and towards where. The last is the view's.
+type Normals = [(&'static str, DVec3); 4];
+
+fn normals(lattice: &Lattice, camera: &Camera, space: Option<&str>) -> Normals {
     let axes = lattice.axes();
     let across = |a: DVec3, b: DVec3| a.cross(b).normalize_or_zero();
     let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis];
     // Faces of the lattice, which need not be square to its axes; towards growing indices.
     let towards = |normal: DVec3, axis: DVec3| normal * normal.dot(axis).signum();
+    let called = plane_names(lattice, space);
     [
-        ("Across x", towards(across(y, z), x)),
-        ("Across y", towards(across(z, x), y)),
-        ("Across z", towards(across(x, y), z)),
+        (called[0], towards(across(y, z), x)),
+        (called[1], towards(across(z, x), y)),
+        (called[2], towards(across(x, y), z)),
         ("Across the view", camera.direction),
     ]
 }
@@ -196,17 +201,16 @@ fn plane_ui(
     name: &str,
     plane: &mut Plane,
     lattice: &Lattice,
-    camera: &Camera,
+    offered: &Normals,
 ) -> bool {
     let normal = plane.normal.normalize_or_zero();
     let removed = row_ui(ui, name, |ui| {
-        let offered = normals(lattice, camera);
         let is_along = |other: DVec3| normal.dot(other).abs() > 1.0 - 1e-9;
         let now = offered.iter().find(|(_, other)| is_along(*other));
         let combo = ComboBox::from_id_salt(("normal of", name)).width(112.0);
         let shown =
             combo.selected_text(now.map_or("Oblique", |(label, _)| label)).show_ui(ui, |ui| {
-                for (label, other) in offered {
+                for &(label, other) in offered {
                     if ui.selectable_label(is_along(other), label).clicked() {
                         plane.normal = other;
                         plane.point = lattice.centre();
@@ -256,7 +260,8 @@ mod tests {
         };
         let camera = Camera::new(DVec3::ZERO, DVec3::new(0.3, 0.4, 0.5), DVec3::Z, 1.0);
         let axes = lattice.axes();
-        for (i, (name, normal)) in normals(&lattice, &camera).into_iter().take(3).enumerate() {
+        for (i, (name, normal)) in normals(&lattice, &camera, None).into_iter().take(3).enumerate()
+        {
             assert!((normal.length() - 1.0).abs() < 1e-12, "{name}");
             for j in 0..3 {
                 let along = normal.dot(axes.col(j));

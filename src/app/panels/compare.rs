@@ -36,9 +36,15 @@ pub fn compare_ui(ui: &mut Ui, compare: &mut Compare, first: &mut SplatSettings)
                 let times: f64 = text.trim_start_matches('×').trim().parse().ok()?;
                 (times > 0.0).then(|| times.log2())
             });
-        slider_ui(ui, "Amplify", compare.display == Display::Difference, slider)
+        let is_difference = compare.display == Display::Difference;
+        slider_ui(ui, "Amplify", is_difference && !compare.fits, slider)
             .on_hover_text("How much brighter than it is the difference is shown")
-            .on_disabled_hover_text("Only a difference is amplified");
+            .on_disabled_hover_text("Only a difference is amplified, and Fit does it by itself");
+    });
+    row_ui(ui, "", |ui| {
+        ui.checkbox(&mut compare.fits, "Fit")
+            .accessible_name("Fit the amplification")
+            .on_hover_text("Show the greatest difference as bright as can be, up to 64 times");
     });
     row_ui(ui, "Settings of", |ui| {
         ui.selectable_value(&mut compare.edits_second, false, "First")

@@ -9,8 +9,8 @@ use crate::core::colour::srgb_from_linear;
 use crate::core::{Camera, Srgb8};
 use crate::kernel::Kernel;
 use crate::scene::{
-    AlongRay, Effect, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene, Slice,
-    projected_range,
+    AlongRay, ClipBox, Effect, Inside, Isosurface, MOST_ISOSURFACES, MOST_SLICES, Plane, Scene,
+    Slice, box_of_what_shows, plane_names, projected_range,
 };
 use crate::transfer::{ColourSource, Kind};
 use crate::volume::{ScalarVolume, Statistics};
@@ -20,10 +20,6 @@ const HIDDEN: [&str; 2] = [
     "Hidden inside what is opaque: fade the volume, or clip",
     "Mostly hidden inside what is opaque: fade the volume, or clip",
 ];
-/// What is left of opacities where the volume is faded, and the least of a volume that can be: a hundred voxels of matter
-/// hide a fifth of what is behind.
-const FADED: f64 = 0.002;
-const LEAST_TO_FADE: f64 = 0.01;
 /// What isosurfaces of values of cells are.
 const STEPS: &str = "Each cell has one value: isosurfaces are the faces between cells below and above theirs, in steps. Points as \
                      ellipsoids, under Data, has smooth ones";
@@ -32,8 +28,8 @@ const NEXT_TO_NOTHING: f64 = 0.05;
 /// What opacities of surfaces mean.
 const HIDES: &str = "How much it hides of what is behind";
 
-/// The section.
-pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
+/// The section. `space` is what the file calls its space.
+pub fn inside_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
     let Some((volume, transfer)) = scene.volume().cloned().zip(scene.transfer().cloned()) else {
         return;
     };
@@ -85,13 +81,15 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
     }
     let more = ["Add slice", "slices", "A plane that shows the values on it in their colours"];
     let has_cells = splat.kernel == Kernel::Cells;
+    let lattice = &volume.lattice;
+    let called = plane_names(lattice, space);
     let one = |ui: &mut Ui, i, slice: &mut _| {
-        let removed = slice_ui(ui, (i, has_cells), slice, &volume, camera);
+        let removed = slice_ui(ui, (i, has_cells), slice, (&volume, called), camera);
         note_of(1, i).into_iter().for_each(|text| note_ui(ui, text));
         removed
     };
-    if listed_ui(ui, slices, MOST_SLICES, more, one) {
-        let lattice = &volume.lattice;
+    let is_new = listed_ui(ui, slices, MOST_SLICES, more, one);
+    if is_new {
         // The axis that has the fewest of them, and of these the one that is looked along most.
         let on =
             |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
@@ -102,23 +100,38 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene) {
         };
         let axes = [2, 1, 0].into_iter();
         let axis = axes.min_by_key(|axis| (on(*axis), beside_view(*axis))).unwrap_or_default();
-        slices.push(Slice { only_shown: true, ..Slice::across(lattice, axis, 0.5, 1.0) });
+        // Through the middle of what shows, which may be a small part of the volume.
+        let ClipBox { low, high } = box_of_what_shows(&volume, &transfer);
+        slices.push(Slice::across(lattice, axis, (low[axis] + high[axis]) / 2.0, 1.0));
     }
-    if has_any && scene.inside.along == AlongRay::Composite {
+    // Who asks for a section means to see it.
+    let new = scene.inside.slices.last().filter(|_| is_new);
+    if new.is_some_and(|slice| scene.little_seen_of_slice(slice).is_some()) {
+        scene.fade(true);
+    }
+    if (has_any || scene.is_faded()) && scene.inside.along == AlongRay::Composite {
         fade_ui(ui, scene);
     }
 }
 
-/// Makes the volume faint about its surfaces and slices.
+/// Makes the volume faint about what lies inside it, or as dense again as it was.
 fn fade_ui(ui: &mut Ui, scene: &mut Scene) {
-    let Some(transfer) = scene.transfer_mut() else { return };
-    let most = transfer.opacity.iter().fold(0.0_f64, |most, (_, opacity)| most.max(*opacity));
+    let is_faded = scene.is_faded();
+    let (name, help) = match is_faded {
+        true => (
+            "Show the volume again",
+            "Turns all opacities up again, to what they were before it was faded",
+        ),
+        false => {
+            ("Fade the volume", "Turns all opacities down, so that what lies inside it is seen")
+        }
+    };
     let fade = ui
-        .add_enabled(most > LEAST_TO_FADE, Button::new("Fade the volume"))
-        .on_hover_text("Turns all opacities down, so that surfaces and slices inside it are seen. Undo brings them back")
+        .add_enabled(is_faded || scene.can_fade(), Button::new(name))
+        .on_hover_text(help)
         .on_disabled_hover_text("It is faint already");
     if fade.clicked() {
-        transfer.opacity.iter_mut().for_each(|(_, opacity)| *opacity *= FADED);
+        scene.fade(!is_faded);
     }
 }
 
@@ -210,19 +223,18 @@ fn isosurface_ui(
     })
 }
 
-/// One slice, perhaps through cells; whether it is to be removed.
+/// One slice, perhaps through cells, of a volume whose planes are called so; whether it is to be removed.
 fn slice_ui(
     ui: &mut Ui,
     (i, has_cells): (usize, bool),
     slice: &mut Slice,
-    volume: &ScalarVolume,
+    (volume, called): (&ScalarVolume, [&str; 3]),
     camera: &Camera,
 ) -> bool {
     let name = format!("Slice {}", i + 1);
     let lattice = &volume.lattice;
     let across = (0..3).find(|&axis| slice.share_across(lattice, axis).is_some());
     let removed = row_ui(ui, &name, |ui| {
-        let called = ["Across x", "Across y", "Across z"];
         let combo = ComboBox::from_id_salt(("slice", i)).width(112.0);
         let shown =
             combo.selected_text(across.map_or("Oblique", |axis| called[axis])).show_ui(ui, |ui| {

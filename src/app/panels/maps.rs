@@ -2,14 +2,16 @@
 
 use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Atom, AtomExt as _, Button, ComboBox, IdSalt, Rect, Response, Shape, Ui, pos2, vec2,
+    Atom, AtomExt as _, Button, ComboBox, IdSalt, Rect, Response, RichText, Shape, Ui, pos2, vec2,
 };
 
 use super::{graph, row_ui};
-use crate::app::words;
+use crate::app::{theme, words};
 use crate::core::LinearRgb;
 use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 
+/// Height of the list, points: all maps are seen at once.
+const LIST: f32 = 600.0;
 /// Size of a colour map's swatch, points.
 const SWATCH: eframe::egui::Vec2 = vec2(56.0, 10.0);
 
@@ -39,10 +41,17 @@ pub(super) fn map_ui(ui: &mut Ui, transfer: &mut TransferFunction) {
 /// The list of colour maps, called `name` by what reads the screen; that which was chosen now.
 pub(super) fn choose_ui(ui: &mut Ui, name: &str, chosen: Option<ColourMap>) -> Option<ColourMap> {
     let selected = chosen.map_or_else(|| "Own colours".to_owned(), words::colour_map);
-    let combo = ComboBox::from_id_salt("colour map").selected_text(selected).height(420.0);
+    let combo = ComboBox::from_id_salt("colour map").selected_text(selected).height(LIST);
     let mut clicked = None;
     let shown = combo.show_ui(ui, |ui| {
         for map in ColourMap::ALL {
+            // The safe ones come first.
+            if !map.is_safe() {
+                ui.separator();
+                ui.label(
+                    RichText::new("Not safe for colour-blind people").color(theme::TEXT_FAINT),
+                );
+            }
             let entry = map_choice_ui(ui, map, chosen == Some(map));
             if entry.on_hover_text(words::colour_map_help(map)).clicked() {
                 clicked = Some(map);

@@ -479,7 +479,7 @@ pub(super) fn unit_distance(painter: &Painter, rect: Rect) {
     let at = graph.at(1.0, OPACITY);
     painter.line_segment([graph.at(1.0, 0.0), at], faint());
     painter.circle_filled(at, 2.6, theme::TEXT);
-    let words = "one unit distance";
+    let words = "this thick";
     let place = at + vec2(8.0, 6.0);
     painter.text(place, Align2::LEFT_TOP, words, FontId::proportional(11.0), theme::TEXT_FAINT);
 }

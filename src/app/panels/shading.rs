@@ -88,9 +88,9 @@ pub fn shading_ui(
     amounts_ui(
         ui,
         (
-            "Modulation",
-            "Multiply the transfer function's opacity by a factor of another quantity: by gradient strength, soft \
-             matter fades and boundaries stay",
+            "Opacity factor",
+            "Modulation: the transfer function's opacity is multiplied by a factor, which depends on another quantity. By \
+             gradient strength, soft matter fades and boundaries stay",
         ),
         modulation,
         (&mut shading.modulation, &mut kept.modulation),

@@ -101,8 +101,8 @@ pub fn splat_ui(
             extent_ui(ui, splat, &mut chosen);
         });
     }
-    let help = "The length of matter that is as opaque as the curve says: twice the length hides more, by this curve";
-    pictures::explained_row_ui(ui, "Unit distance", (help, pictures::unit_distance), |ui| {
+    let help = "How thick matter has to be to be as opaque as the transfer function says: thicker matter hides more, as here";
+    pictures::explained_row_ui(ui, "Opacity over", (help, pictures::unit_distance), |ui| {
         unit_distance_ui(ui, splat, unit);
     });
     let title = RichText::new("Advanced").size(12.5).color(theme::TEXT_FAINT);
@@ -412,12 +412,12 @@ fn layers_ui(ui: &mut Ui, splat: &SplatSettings, chosen: &mut ModeChoice) {
     match splat.visibility {
         Visibility::EverySample => {}
         Visibility::Slabs => {
-            row_ui(ui, "Slabs", |ui| {
+            let [name, help, reset, back] = slabs_words(splat);
+            row_ui(ui, name, |ui| {
                 let mut slabs = splat.slabs_per_voxel;
                 let slider = Slider::new(&mut slabs, SLABS)
                     .logarithmic(true)
                     .custom_formatter(|v, _| words::value((v * 100.0).round() / 100.0));
-                let [name, help, reset, back] = slabs_words(splat);
                 let response = slider_ui(ui, name, true, slider).on_hover_text(help);
                 if response.changed() {
                     chosen.slabs_per_voxel = Some(slabs);
@@ -447,15 +447,15 @@ fn slabs_words(splat: &SplatSettings) -> [&'static str; 4] {
     match splat.kernel.is_of_samples() {
         true => [
             "Slabs per voxel",
-            "Slabs per voxel: more are slower and nearer to the exact picture; twice as many leave about a quarter of the \
-             error",
+            "Each ray is cut into short steps, called slabs: so many in each voxel. More are slower and nearer to the exact \
+             picture; twice as many leave about a quarter of the error",
             "Reset slabs per voxel",
             "Back to one slab per voxel",
         ],
         false => [
             "Slabs per sample",
-            "Slabs that rays are cut into along the distance of two evenly spaced samples (Data tells how many there are): \
-             more are slower and nearer to the exact picture",
+            "Each ray is cut into short steps, called slabs: so many from one to the next of evenly spaced samples (Data tells \
+             how many there are). More are slower and nearer to the exact picture",
             "Reset slabs per sample",
             "Back to one slab per sample",
         ],
@@ -473,8 +473,8 @@ fn extent_ui(ui: &mut Ui, splat: &mut SplatSettings, chosen: &mut ModeChoice) {
     let response = slider_ui(ui, "Extent", natural.is_some(), slider)
         .on_hover_text(
             "How far each sample reaches, in voxels. Wider is smoother; narrower shows the samples themselves, and \
-             gaps between round splats. B-spline and linear kernels pass through the samples at their own radius. \
-             Matter stays as dense: only its detail changes",
+             gaps between round splats. At their default radius B-spline and linear kernels keep the value of every \
+             sample. Matter stays as dense: only its detail changes",
         )
         .on_disabled_hover_text(
             "A point is one pixel and a nearest voxel is its own box, so neither has a radius. Choose any other \
@@ -494,10 +494,10 @@ fn unit_distance_ui(ui: &mut Ui, splat: &mut SplatSettings, own: f64) {
     let slider = Slider::new(&mut distance, own * 0.01..=own * 100.0)
         .logarithmic(true)
         .custom_formatter(|v, _| words::value(v));
-    let response = slider_ui(ui, "Unit distance", true, slider).on_hover_text(
-        "How thick matter is that has the opacity of the transfer function: longer makes everything more \
-         transparent; by default one voxel, the smallest spacing; of meshes the median edge of their cells, of points how far \
-         they lie apart",
+    let response = slider_ui(ui, "Opacity over", true, slider).on_hover_text(
+        "How thick matter has to be to be as opaque as the transfer function says (the opacity's unit distance): a longer \
+         one makes everything more transparent. At first one voxel, the smallest spacing; of meshes the median edge of \
+         their cells, of points how far they lie apart",
     );
     if response.changed() {
         splat.opacity_unit_distance = Some(distance);

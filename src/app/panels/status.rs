@@ -151,7 +151,7 @@ fn details_ui(ui: &mut Ui, now: &Now<'_>) -> Option<EngineChoice> {
         .map_or_else(String::new, |reason| format!(": the native engine does not draw {reason}"));
     let adapter = now.adapter.unwrap_or("no engine yet");
     let own = now.shown.and_then(|shown| shown.report.native_loop);
-    let own = own.map_or_else(String::new, |name| format!(", by its loop for {name}"));
+    let own = own.map_or_else(String::new, |name| format!(", with code made for {name}"));
     told_ui(ui, "Engine", &format!("Drawn by {adapter}{own}{why}"));
     let mut chosen = None;
     ui.horizontal_wrapped(|ui| {

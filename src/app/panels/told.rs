@@ -359,11 +359,12 @@ fn left_words(report: &FrameReport, key: &str) -> Option<String> {
     let time = words::roughly(left_ms);
     Some(if report.progress < 1.0 {
         format!(
-            "Slabs are doubled until nothing changes any more, for about {time}; any movement stops it"
+            "It is drawn in ever thinner steps along the rays (slabs) until nothing changes any more, for about {time}; any movement \
+             stops it"
         )
     } else {
         format!(
-            "Doubling the slabs until nothing changes would take about {time}, more than the 3 s that the \
+            "Ever thinner steps along the rays (slabs) until nothing changes would take about {time}, more than the 3 s that the \
              window allows itself: press {key} to do it for this view"
         )
     })

@@ -280,8 +280,8 @@ fn point_ui(
             .on_hover_text("The value at which the selected point lies, in the data's own units");
         let opacity_response = number_ui(ui, "Point opacity", opacity_drag(&mut opacity))
             .on_hover_text(
-                "Opacity at the selected point, 0 to 1: of matter as thick as the unit distance, at first one voxel or the \
-                    edge of a cell",
+                "Opacity at the selected point, 0 to 1: of matter as thick as Opacity over, under Splats, says; at first one \
+                    voxel or the edge of a cell",
             );
         if value_response.changed() || opacity_response.changed() {
             pull_point(transfer, index, value, opacity);

@@ -110,7 +110,7 @@ fn opacity_ui(
     let slider = Slider::new(&mut full_from, least..=most).max_decimals(6).clamping(untouched);
     changed |= slider_row(ui, "Full from", &names.of("Full from"), slider, help);
     let slider = Slider::new(&mut opacity, 0.0..=1.0).max_decimals(3).clamping(untouched);
-    let help = "The greatest opacity, of matter one unit distance thick";
+    let help = "The greatest opacity, of matter as thick as Opacity over, under Splats, says";
     changed |= slider_row(ui, "Opacity", &names.of("Vector opacity"), slider, help);
     if changed {
         // A ramp that is dragged past its other end takes it along.

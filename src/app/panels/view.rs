@@ -280,7 +280,7 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
             .on_disabled_hover_text("Full quality takes the time it needs");
     });
     ui.checkbox(&mut settings.converge, "Refine until converged").on_hover_text(
-        "Once the full picture is there, double its slabs until nothing changes any more: at most \
+        "Once the full picture is there, draw it in ever thinner steps along the rays (slabs) until nothing changes any more: at most \
          3 s more work each time the view comes to rest, and none that would take longer; \
          key R refines the view on screen however long that takes",
     );

@@ -103,6 +103,8 @@ pub struct Layout {
     pub left_out: Vec<Annotation>,
     /// The ends of the trihedron's axes, the farthest from the eye first; none where it is not shown.
     pub axis_ends: Vec<AxisEnd>,
+    /// Room that words and bars have taken.
+    pub taken: Vec<Area>,
 }
 
 /// Lays annotations out over a scene's picture of `size` pixels. `space` is what the file calls its
@@ -142,7 +144,7 @@ pub fn lay_out(
             left_out.push(which);
         }
     }
-    Layout { primitives: sheet.primitives, left_out, axis_ends }
+    Layout { primitives: sheet.primitives, left_out, axis_ends, taken: sheet.taken }
 }
 
 /// Pixels of an em: words are as large a part of any picture, but never too small to be read.

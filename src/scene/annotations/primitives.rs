@@ -157,7 +157,7 @@ pub(super) struct Sheet<'a> {
     /// Width of words, ems.
     pub(super) width_of: &'a dyn Fn(&str) -> f64,
     pub(super) primitives: Vec<Primitive>,
-    taken: Vec<Area>,
+    pub(super) taken: Vec<Area>,
 }
 
 /// Size of raised figures, and how far they stand above the baseline, ems.

@@ -19,6 +19,10 @@ const MOST_PLACES: usize = 64;
 const MOST_STEPS: f64 = 128.0;
 /// Optical depth behind which nothing is seen.
 const OPAQUE: f64 = 5.0;
+/// What is left of opacities where the field is faded, and the least of a field that can be: a hundred voxels of matter
+/// hide a fifth of what is behind.
+const FADED: f64 = 0.002;
+const LEAST_TO_FADE: f64 = 0.01;
 
 impl Scene {
     /// About how much of a slice the camera sees through the field, where that is less than a quarter: so dense is what lies
@@ -52,6 +56,29 @@ impl Scene {
             self.show_field(false);
         }
         is_hidden
+    }
+
+    /// The greatest opacity of the field's matter.
+    fn most_opacity(&self) -> f64 {
+        let points = self.transfer().map_or(&[][..], |transfer| &transfer.opacity);
+        points.iter().fold(0.0_f64, |most, (_, opacity)| most.max(*opacity))
+    }
+
+    /// Whether the field is so dense that it can be faded.
+    pub fn can_fade(&self) -> bool {
+        self.most_opacity() > LEAST_TO_FADE
+    }
+
+    /// Whether the field is as faint as one that was faded.
+    pub fn is_faded(&self) -> bool {
+        (f64::MIN_POSITIVE..=FADED).contains(&self.most_opacity())
+    }
+
+    /// Turns all opacities of the field down, so that what lies in it is seen, or up again.
+    pub fn fade(&mut self, is_faded: bool) {
+        let Some(transfer) = self.transfer_mut() else { return };
+        let factor = if is_faded { FADED } else { 1.0 / FADED };
+        transfer.opacity.iter_mut().for_each(|(_, a)| *a = (*a * factor).min(1.0));
     }
 
     fn little_seen(&self, places: impl Fn(&Matter<'_>) -> Vec<DVec3>) -> Option<f64> {
@@ -108,7 +135,7 @@ impl Matter<'_> {
         }
     }
 
-    /// Places evenly over a slice, where it shows something.
+    /// Places evenly over a slice, where it cuts matter: what it shows beside that hides nothing from anybody.
     fn places_of_slice(&self, slice: &Slice) -> Vec<DVec3> {
         let lattice = &self.volume.lattice;
         let half = slice.plane.in_index(lattice);
@@ -121,9 +148,7 @@ impl Matter<'_> {
             (0..PLACES * PLACES).map(|i| middle + u * along(i % PLACES) + v * along(i / PLACES));
         let shows = |at: &DVec3| {
             let value = self.volume.value_at(lattice.world_from_index(*at));
-            self.is_kept(*at)
-                && !value.is_nan()
-                && (!slice.only_shown || self.transfer.opacity_at(value) > 0.0)
+            self.is_kept(*at) && !value.is_nan() && self.transfer.opacity_at(value) > 0.0
         };
         all.filter(shows).collect()
     }
@@ -213,7 +238,7 @@ mod tests {
     #[test]
     fn what_lies_in_opaque_matter_is_hidden_until_it_is_cut_open_or_clear() {
         let lattice = Lattice::unit([33; 3]);
-        let slice = Slice { only_shown: true, ..Slice::across(&lattice, 2, 0.5, 1.0) };
+        let slice = Slice::across(&lattice, 2, 0.5, 1.0);
         let inner = Isosurface { value: 0.6, opacity: 1.0, colour: None };
         let outer = Isosurface { value: 0.05, ..inner };
         let mut scene = scene(1.0);
@@ -221,8 +246,15 @@ mod tests {
         assert!(hides(&scene, &slice).is_some_and(|seen| seen < 0.15));
         assert!(scene.little_seen_of_isosurface(&inner).is_some_and(|seen| seen < 1e-3));
         assert_eq!(scene.little_seen_of_isosurface(&outer), None, "it lies about the matter");
-        let all = Slice { only_shown: false, ..slice };
-        assert_eq!(hides(&scene, &all), None, "its corners lie beside the matter");
+        let edge = Slice::across(&lattice, 2, 0.02, 1.0);
+        assert_eq!(hides(&scene, &edge), None, "it cuts no matter");
+        let dense = scene.transfer().cloned();
+        assert!(scene.can_fade() && !scene.is_faded());
+        scene.fade(true);
+        assert_eq!(hides(&scene, &slice), None, "faded");
+        assert!(scene.is_faded() && !scene.can_fade());
+        scene.fade(false);
+        assert_eq!(scene.transfer().cloned(), dense);
         let beside = Slice::across(&lattice, 2, 3.0, 1.0);
         let clear = Slice { opacity: 0.0, ..slice };
         let both = [beside, clear].map(|slice| hides(&scene, &slice));

@@ -6,6 +6,7 @@ use super::report::picture;
 use super::worker::{REBUILDS, Worker};
 use super::{Engine, EngineState, Picture};
 use crate::core::Ticket;
+use crate::core::colour::linear_from_srgb;
 use crate::gpu::GpuError;
 use crate::plan::Plan;
 use crate::scene::Scene;
@@ -34,6 +35,8 @@ pub struct SecondPicture {
     pub first: Arc<Picture>,
     /// RMSE between the two in linear light, as shown; `None` where they cannot be compared.
     pub rmse: Option<f64>,
+    /// The greatest difference of a channel in linear light, as shown; `None` where sizes differ.
+    pub greatest: Option<f64>,
 }
 
 impl Engine {
@@ -105,11 +108,26 @@ impl Worker {
         picture.report.held = Some(held);
         picture.report.engine = drew;
         let rmse = estimate::shown_rmse(&picture, first).ok();
+        let is_as_large = picture.size == first.size;
+        let greatest = is_as_large.then(|| greatest_difference(&picture.rgba, &first.rgba));
         let (picture, first) = (Arc::new(picture), Arc::clone(first));
-        self.shared.lock().second_picture = Some(Arc::new(SecondPicture { picture, first, rmse }));
+        let second = SecondPicture { picture, first, rmse, greatest };
+        self.shared.lock().second_picture = Some(Arc::new(second));
         (self.wake)();
         Ok(())
     }
+}
+
+/// The greatest difference of a channel of two pictures' sRGB bytes with straight alpha, in linear light over black.
+fn greatest_difference(one: &[u8], other: &[u8]) -> f64 {
+    let light: Vec<f64> =
+        (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
+    let of = |pixel: &[u8], channel: usize| {
+        light[usize::from(pixel[channel])] * f64::from(pixel[3]) / 255.0
+    };
+    let pixels = one.chunks_exact(4).zip(other.chunks_exact(4));
+    let apart = pixels.flat_map(|(a, b)| [0, 1, 2].map(|c| (of(a, c) - of(b, c)).abs()));
+    apart.fold(0.0, f64::max)
 }
 
 /// Stops a second picture when something newer came.
@@ -126,5 +144,23 @@ impl Observer for Aside<'_> {
             slot.second.is_some() || !slot.second_wanted
         };
         replaced || self.0.newer_came()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_greatest_difference_is_of_one_channel_in_linear_light_as_seen_over_black() {
+        let black = [0, 0, 0, 255].repeat(3);
+        let mut other = black.clone();
+        assert_eq!(greatest_difference(&black, &other), 0.0);
+        other[1] = 188;
+        other[6] = 99;
+        let half = linear_from_srgb(188.0 / 255.0);
+        assert_eq!(greatest_difference(&black, &other), half);
+        other[3] = 0;
+        assert_eq!(greatest_difference(&other, &black), linear_from_srgb(99.0 / 255.0));
     }
 }
