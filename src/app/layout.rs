@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Align, Align2, Atom, Button, CentralPanel, Color32, Context, CornerRadius, FontId, Frame,
+    Align, Align2, Atom, Button, CentralPanel, Color32, Context, CornerRadius, FontId, Frame, Id,
     IdSalt, Key, Label, Layout, Margin, MenuBar, Painter, Panel, ProgressBar, Rect, RichText,
     ScrollArea, Sense, Shape, Stroke, StrokeKind, Ui, UiBuilder, Vec2, WidgetInfo, pos2, vec2,
 };
@@ -46,6 +46,8 @@ const TICK: f32 = 11.0;
 const OVERLAY_INSET: f32 = 12.0;
 /// Size of what stands where nothing is open, points.
 const WELCOME: Vec2 = vec2(320.0, 140.0);
+/// Twice the seconds after which it is said that there is no picture yet.
+const WAIT_SECS: f32 = 0.6;
 /// Greatest width of the bars over the viewport, points.
 const OVERLAY_WIDTH: f32 = 640.0;
 
@@ -442,6 +444,8 @@ impl Window {
         if self.shows_nothing() {
             nothing_ui(ui, area.rect);
         }
+        let is_open = self.scene.is_some() && !self.is_loading();
+        waiting_ui(ui, area.rect, is_open && self.viewport.picture().is_none());
         if self.scene.is_some() && !self.is_loading() {
             self.first_hint.show(ui, area.rect, self.settings.knows_drag);
         }
@@ -629,6 +633,15 @@ fn nothing_ui(ui: &mut Ui, rect: Rect) {
             ui.add(Label::new(RichText::new(text).size(size).color(colour)).selectable(false));
         }
     });
+}
+
+/// What is said where a first picture is still to come: by and by, so that a short wait says nothing.
+fn waiting_ui(ui: &mut Ui, rect: Rect, waits: bool) {
+    let shown = ui.ctx().animate_bool_with_time(Id::new("first picture"), waits, WAIT_SECS);
+    if waits && shown > 0.5 {
+        let words = RichText::new("Drawing the first picture…").color(theme::TEXT_FAINT);
+        ui.put(Rect::from_center_size(rect.center(), WELCOME), Label::new(words).selectable(false));
+    }
 }
 
 /// What will happen when the file over the window is let go.

@@ -371,12 +371,11 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
                 continue;
             }
             let place = packet.at(all(simd, (first + i as f32) * self.window.step));
-            let (found, within) = own.unit(simd, place, guess);
-            // The next face lies about as far on. Those outside begin anew.
+            let (found, within) = own.unit(simd, (place, open), guess);
+            // The next face lies about as far on. Others begin anew.
             let on = found.scaled(all(simd, 2.0)).at(last, all(simd, -1.0));
             guess = Vec3::choose(within & was_within, on, Vec3::choose(within, found, middle));
             (last, was_within) = (found, within);
-            let within = within & open;
             if !any(within) {
                 continue;
             }

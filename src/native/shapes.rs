@@ -184,12 +184,12 @@ impl Bent {
         Vec3::splat(simd, [narrow(x), narrow(y), narrow(z)])
     }
 
-    /// Where places lie in it, from where they are guessed to, and which do.
+    /// Where places lie in it, from where they are guessed to, and which of those that ask do.
     #[inline(always)]
     pub(super) fn unit<S: Simd>(
         &self,
         simd: S,
-        place: Vec3<S>,
+        (place, asks): (Vec3<S>, Mask<S>),
         start: Vec3<S>,
     ) -> (Vec3<S>, Mask<S>) {
         let [ox, oy, oz] = self.origin;
@@ -228,7 +228,7 @@ impl Bent {
             step = choose(is_sound, size, all(simd, 1.0));
             // Places that are far outside twice do not settle, and need not.
             let is_far = self.beyond(simd, unit).simd_gt(all(simd, 0.5));
-            if !any(step.simd_gt(all(simd, self.last_step)) & !(is_far & was_far)) {
+            if !any(asks & step.simd_gt(all(simd, self.last_step)) & !(is_far & was_far)) {
                 break;
             }
             was_far = is_far;
@@ -250,7 +250,7 @@ impl Bent {
             }
         };
         let settled = self.last_step.max(narrow(30.0 * SHORT));
-        (unit, is_near & step.simd_le(all(simd, settled)))
+        (unit, asks & is_near & step.simd_le(all(simd, settled)))
     }
 
     /// The places in its box.

@@ -329,11 +329,11 @@ impl Solids {
                     Solid::Bent(i) => {
                         let bent = &self.bent[i as usize];
                         // Many are listed where cells are small beside their neighbours, and Newton's method takes long.
-                        if !any(bent.is_about(simd, place) & open) {
+                        let asks = bent.is_about(simd, place) & open;
+                        if !any(asks) {
                             continue;
                         }
-                        let start = bent.middle(simd);
-                        bent.unit(simd, place, start)
+                        bent.unit(simd, (place, asks), bent.middle(simd))
                     }
                     Solid::Nothing => continue,
                 };

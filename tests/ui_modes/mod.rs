@@ -9,6 +9,7 @@ mod refining;
 mod shading;
 mod vectors;
 
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use eframe::egui::accesskit::Role;
@@ -332,14 +333,14 @@ fn the_slider_walks_the_front_by_time_and_by_error() {
 #[test]
 fn measuring_yields_to_the_hand_and_goes_on_where_it_was() {
     let mut bench = Bench::opened();
-    bench.measured.holds.store(true, std::sync::atomic::Ordering::SeqCst);
+    bench.measured.holds.store(true, Ordering::SeqCst);
     bench.harness.key_press(Key::A);
     bench.wait_until(|window| window.measuring().points().0.len() == 2);
     // Another mode of the same view: the chart is the same.
     press(&mut bench, "Classic splatting");
     bench.wait_until(|window| !window.measuring().is_running());
     assert_eq!(MeasureLog::count(&bench.measured.stopped), 1);
-    bench.measured.holds.store(false, std::sync::atomic::Ordering::SeqCst);
+    bench.measured.holds.store(false, Ordering::SeqCst);
     bench.wait_until(|window| window.measuring().state() == State::Done);
     assert_eq!(MeasureLog::count(&bench.measured.started), 1, "it was not begun again");
     assert_eq!(MeasureLog::count(&bench.measured.steps), chart_points().len());
@@ -348,7 +349,7 @@ fn measuring_yields_to_the_hand_and_goes_on_where_it_was() {
 #[test]
 fn another_view_begins_another_chart_and_the_old_points_stay_until_then() {
     let mut bench = measured();
-    bench.measured.holds.store(true, std::sync::atomic::Ordering::SeqCst);
+    bench.measured.holds.store(true, Ordering::SeqCst);
     bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
     let (points, is_old) = bench.window().measuring().points();
     assert!(is_old && points.len() == chart_points().len());
@@ -373,7 +374,7 @@ fn another_view_begins_another_chart_and_the_old_points_stay_until_then() {
 #[test]
 fn closing_the_panel_stops_the_job() {
     let mut bench = Bench::opened();
-    bench.measured.holds.store(true, std::sync::atomic::Ordering::SeqCst);
+    bench.measured.holds.store(true, Ordering::SeqCst);
     bench.harness.key_press(Key::A);
     bench.wait_until(|window| window.measuring().points().0.len() == 2);
     assert!(bench.window().measuring().is_running());
@@ -506,6 +507,20 @@ fn a_picture_gives_way_to_the_next_at_rest() {
     for by in Painter::BOTH {
         picture_gives_way(by);
     }
+}
+
+#[test]
+fn a_first_picture_that_takes_long_is_said_to_come() {
+    let mut bench = Bench::empty();
+    bench.engine.keeps_back.store(true, Ordering::SeqCst);
+    bench.open("good.nrrd");
+    let words = "Drawing the first picture…";
+    assert!(!bench.shows(words), "at once");
+    bench.harness.run_steps(60);
+    assert!(bench.shows(words));
+    bench.engine.keeps_back.store(false, Ordering::SeqCst);
+    bench.settle();
+    assert!(!bench.shows(words));
 }
 
 /// A black window says nothing of why: of the opacities, of a clip box, of a view that looks elsewhere.

@@ -63,6 +63,8 @@ pub(crate) struct GradientEngine {
     engine: Mutex<EngineChoice>,
     /// Whether pipelines are said to be made for each picture.
     pub(crate) makes_pipelines: AtomicBool,
+    /// Whether pictures are kept back.
+    pub(crate) keeps_back: AtomicBool,
 }
 
 impl GradientEngine {
@@ -112,7 +114,9 @@ impl Drawer for GradientDrawer {
     }
 
     fn take_picture(&self) -> Option<Arc<Picture>> {
-        self.0.untaken.lock().expect("no thread died holding it").take()
+        let keeps_back = self.0.keeps_back.load(Ordering::SeqCst);
+        let mut untaken = self.0.untaken.lock().expect("no thread died holding it");
+        if keeps_back { None } else { untaken.take() }
     }
 
     fn request_second(&self, request: Option<SecondRequest>) {
