@@ -637,7 +637,7 @@ fn nothing_ui(ui: &mut Ui, rect: Rect) {
 
 /// What is said where a first picture is still to come: by and by, so that a short wait says nothing.
 fn waiting_ui(ui: &mut Ui, rect: Rect, waits: bool) {
-    let shown = ui.ctx().animate_bool_with_time(Id::new("first picture"), waits, WAIT_SECS);
+    let shown = ui.ctx().animate_bool_with_time(Id::unique("first picture"), waits, WAIT_SECS);
     if waits && shown > 0.5 {
         let words = RichText::new("Drawing the first picture…").color(theme::TEXT_FAINT);
         ui.put(Rect::from_center_size(rect.center(), WELCOME), Label::new(words).selectable(false));
