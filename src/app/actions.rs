@@ -393,7 +393,7 @@ pub const ACTIONS: [Entry; 49] = [
         Menu::View,
         "End tools",
         plain(Key::Escape),
-        "Let go of window and level, the probe and the octree's cells",
+        "Let go of window and level, the probe and the octree's cells; takes errors off the picture",
     ),
     entry(
         Action::ToggleSidePanel,

@@ -100,7 +100,7 @@ impl Window {
         is_finished.then_some(picture)
     }
 
-    /// Whether the finished picture is the background and nothing else.
+    /// Whether the finished picture is the background and nothing else, or specks.
     pub(super) fn shows_nothing(&self) -> bool {
         let Some(scene) = self.scene.as_ref().filter(|_| !self.is_loading()) else { return false };
         let background = srgb_encoder(scene.background.light())(&[0.0; 4]);

@@ -614,7 +614,7 @@ fn nothing_ui(ui: &mut Ui, rect: Rect) {
     let key = reset.shortcut.map(|shortcut| ui.ctx().format_shortcut(&shortcut));
     let key = key.map(|key| format!(" ({key})")).unwrap_or_default();
     let lines = [
-        ("Nothing shows in this view".to_owned(), 17.0, theme::TEXT),
+        ("Next to nothing shows in this view".to_owned(), 17.0, theme::TEXT),
         (
             format!(
                 "{}{key} shows all that can be seen. If there is nothing, look at the opacities and the clip box; what is \

@@ -104,7 +104,9 @@ pub fn is_of_cells_or_points(settings: &SplatSettings) -> bool {
 /// Whether a finished picture of these settings is the exact one, up to the width of its slabs.
 pub fn is_exact(settings: &SplatSettings) -> bool {
     let exact = SplatSettings::EXACT;
+    let is_natural = |extent: f64| settings.kernel.natural_extent().is_none_or(|own| own == extent);
     settings.kernel == exact.kernel
+        && settings.extent.is_none_or(is_natural)
         && settings.visibility == exact.visibility
         && settings.classify == exact.classify
         && settings.reconstruction == exact.reconstruction

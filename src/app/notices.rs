@@ -32,6 +32,8 @@ const BUTTON_WIDTH: f32 = 76.0;
 const HINT_SECONDS: f64 = 6.0;
 /// The same of news, which may be longer to read.
 const NOTE_SECONDS: f64 = 12.0;
+/// And news with a button.
+const OFFER_SECONDS: f64 = 40.0;
 /// An error stays for so many seconds, whatever succeeds meanwhile.
 const LEAST_ERROR_SECONDS: f64 = 6.0;
 
@@ -72,6 +74,7 @@ impl Notice {
     fn left(&self, now: f64) -> f64 {
         match (self.kind, self.shown_at) {
             (Kind::Hint, Some(since)) => since + HINT_SECONDS - now,
+            (Kind::Note, Some(since)) if self.offer.is_some() => since + OFFER_SECONDS - now,
             (Kind::Note, Some(since)) => since + NOTE_SECONDS - now,
             _ => f64::INFINITY,
         }
@@ -128,6 +131,11 @@ impl Notices {
                 && notice.shown_at.is_some_and(|since| self.now - since >= LEAST_ERROR_SECONDS)
         };
         self.shown.retain(|notice| !is_read(notice));
+    }
+
+    /// Takes errors off the screen.
+    pub fn dismiss_errors(&mut self) {
+        self.shown.retain(|notice| notice.kind != Kind::Error);
     }
 
     /// Takes everything off the screen.

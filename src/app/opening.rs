@@ -174,13 +174,14 @@ impl Window {
             Some(scene) if keep_view => scene.splat,
             Some(scene)
                 if !last.as_ref().is_some_and(|last| {
-                    // What quick pictures are of is kept in any case.
-                    let before = SplatSettings { cut: scene.splat.cut, ..last.splat };
+                    // What quick pictures are of is kept in any case, and an extent in none.
+                    let SplatSettings { cut, extent, .. } = scene.splat;
+                    let before = SplatSettings { cut, extent, ..last.splat };
                     modes::same_mode(&before, &scene.splat)
                 }) =>
             {
-                // The kernel is a habit; a unit distance belongs to its data.
-                SplatSettings { opacity_unit_distance: None, ..scene.splat }
+                // The kernel is a habit; a unit distance and an extent belong to their data.
+                SplatSettings { opacity_unit_distance: None, extent: None, ..scene.splat }
             }
             Some(scene) => SplatSettings { cut: scene.splat.cut, ..look.splat },
             None => {

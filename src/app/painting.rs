@@ -18,7 +18,7 @@ use crate::task::engine::{Picture, SecondPicture};
 pub(super) struct Shown {
     pub(super) picture: Arc<Picture>,
     pub(super) has_holes: bool,
-    /// The colour of all of its pixels, where they have one.
+    /// The colour of all of its pixels but specks, where they have one.
     pub(super) only_colour: Option<[u8; 4]>,
 }
 

@@ -34,6 +34,7 @@ impl Window {
 
     /// Ends window and level, the probe and the octree's cells.
     pub(super) fn end_tools(&mut self, ctx: &Context) {
+        self.notices.dismiss_errors();
         self.leveling.on = false;
         self.cells.on = false;
         if self.probing.is_on() {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use eframe::egui::Context;
+use glam::DVec3;
 
 use super::document::Document;
 use super::job::{Ended, Job};
@@ -18,6 +19,9 @@ const FIRST_SPEED: f64 = 0.4;
 /// Animated pictures a second at most, unless someone chooses otherwise: enough for motion, and sparing
 /// of a battery.
 pub(super) const MOST_FPS: u32 = 20;
+
+/// Places of vectors that are looked at to find whether matter hides them, at most.
+const MOST_LOOKED_AT: usize = 1 << 10;
 
 /// Which fields of the open file are drawn as vectors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -166,6 +170,10 @@ impl Window {
                     true => VectorLayer::beside_another(field),
                     false => VectorLayer::new(field),
                 };
+                let opening = match scene.transfer().filter(|_| scene.shows_field() && !is_second) {
+                    Some(transfer) => opening.unlike(transfer),
+                    None => opening,
+                };
                 let index = usize::from(is_second);
                 match scene.vectors().into_iter().nth(index) {
                     Some(before) => {
@@ -179,7 +187,20 @@ impl Window {
                             scene.replace(at, source, VectorLayer { settings, ..opening });
                         }
                     }
-                    None => scene.add(source, opening),
+                    None => {
+                        let places = &opening.field.places;
+                        let every = opening.field.vectors.len().div_ceil(MOST_LOOKED_AT).max(1);
+                        let some = (0..opening.field.vectors.len()).step_by(every);
+                        let some: Vec<DVec3> = some.map(|i| places.at(i).0).collect();
+                        scene.add(source, opening);
+                        // Who asks for them means to see them.
+                        if scene.shows_field() && scene.little_seen_of_places(&some).is_some() {
+                            scene.fade(true);
+                            self.notices.note(
+                                "The volume would hide the vectors, so it was faded: Fade the volume, under View, brings it back",
+                            );
+                        }
+                    }
                 }
             }
             Ended::Finished(Err(VolumeError::Cancelled(_))) => {}

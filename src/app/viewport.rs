@@ -15,6 +15,8 @@ use super::painting::{PaintPicture, Part, Shown, lock};
 use super::theme;
 use crate::task::engine::{Picture, SecondPicture};
 
+/// One pixel in so many is a speck.
+const SPECKS: usize = 20_000;
 /// Side of a square of the checkerboard that stands for no background, points.
 const CHECKER_POINTS: f32 = 10.0;
 
@@ -94,7 +96,7 @@ impl Viewport {
         lock(&self.shown).as_ref().map(|shown| Arc::clone(&shown.picture))
     }
 
-    /// The colour of every pixel of the picture on screen, where all have one.
+    /// The colour of the picture on screen, where all pixels have one, but for specks.
     pub fn only_colour(&self) -> Option<[u8; 4]> {
         lock(&self.shown).as_ref()?.only_colour
     }
@@ -111,7 +113,8 @@ impl Viewport {
         }
         let pixels = picture.rgba.as_chunks::<4>().0;
         let has_holes = pixels.iter().any(|pixel| pixel[3] != 255);
-        let only_colour = pixels.iter().all(|pixel| *pixel == pixels[0]).then_some(pixels[0]);
+        let others = pixels.iter().filter(|pixel| **pixel != pixels[0]).count();
+        let only_colour = (others * SPECKS < pixels.len()).then_some(pixels[0]);
         let place = |shown: &Shown| (shown.picture.requested_size, shown.has_holes);
         let shown = Shown { picture, has_holes, only_colour };
         self.fading = None;

@@ -314,19 +314,25 @@ impl Placed {
 
     /// A place of (r, s, t), and its derivatives as columns.
     pub fn at(&self, unit: DVec3) -> (DVec3, DMat3) {
+        let (offset, slopes) = self.offset_at(unit);
+        (self.corners[0] + offset, slopes)
+    }
+
+    /// The same, from the first corner on.
+    fn offset_at(&self, unit: DVec3) -> (DVec3, DMat3) {
         let DVec3 { x: r, y: s, z: t } = unit;
         let [_, cr, cs, ct, crs, cst, crt, crst] = self.factors;
         let by_r = cr + crs * s + crt * t + crst * (s * t);
         let by_s = cs + crs * r + cst * t + crst * (r * t);
         let by_t = ct + cst * s + crt * r + crst * (r * s);
-        let place = cr * r
+        let offset = cr * r
             + cs * s
             + ct * t
             + crs * (r * s)
             + cst * (s * t)
             + crt * (r * t)
             + crst * (r * s * t);
-        (self.corners[0] + place, DMat3::from_cols(by_r, by_s, by_t))
+        (offset, DMat3::from_cols(by_r, by_s, by_t))
     }
 
     /// Its volume, negative where its points go round the other way: exact of tetrahedra; of others that of the
@@ -380,10 +386,12 @@ impl Placed {
 
     /// Where a place lies in it, as (r, s, t), if it does: by Newton's method, which is exact at once in tetrahedra.
     pub fn unit_from(&self, place: DVec3) -> Option<DVec3> {
+        // Far from 0 the sum of a corner and an offset has few digits of the offset, and steps would never end.
+        let aim = place - self.corners[0];
         let mut unit = self.kind.middle();
         for _ in 0..MOST_STEPS {
-            let (here, slopes) = self.at(unit);
-            let off = place - here;
+            let (here, slopes) = self.offset_at(unit);
+            let off = aim - here;
             // Newton's step in the least squares, of slopes scaled to unit length (solids may be flat by any factor) and
             // damped by so little that only collapsed ones feel it, whose slopes have no inverse.
             let [x, y, z] = [slopes.x_axis, slopes.y_axis, slopes.z_axis]

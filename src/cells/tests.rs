@@ -59,6 +59,29 @@ fn bent(kind: Kind, state: &mut u64) -> Placed {
 
 const KINDS: [Kind; 4] = [Kind::Tetrahedron, Kind::Pyramid, Kind::Wedge, Kind::Hexahedron];
 
+/// Newton's steps never ended where coordinates had few digits of the cell, which then held no place: lines along vectors
+/// broke off.
+#[test]
+fn places_of_small_solids_far_from_the_origin_are_found() {
+    let state = &mut 5;
+    for kind in KINDS {
+        let at = |corner: [f64; 3]| 1e7 + 1e-3 * DVec3::from(corner);
+        let corners = match kind {
+            Kind::Tetrahedron => [0, 1, 3, 4, 4, 4, 4, 4],
+            Kind::Pyramid => [0, 1, 2, 3, 4, 4, 4, 4],
+            Kind::Wedge => [0, 1, 3, 4, 5, 7, 7, 7],
+            Kind::Hexahedron => [0, 1, 2, 3, 4, 5, 6, 7],
+        };
+        let solid = Placed::new(kind, corners.map(|i: usize| at(CUBE[i])));
+        for _ in 0..100 {
+            let unit = 0.1 + 0.2 * DVec3::new(random(state), random(state), random(state));
+            let found = solid.unit_from(solid.at(unit).0).expect("a place of the solid is in it");
+            // Coordinates are told to 2e-9, 2e-6 of the solid.
+            assert!((found - unit).abs().max_element() < 1e-5, "{kind:?}: {found} {unit}");
+        }
+    }
+}
+
 #[test]
 fn places_are_found_in_solids_of_all_kinds_and_beside_them_not() {
     let mut state = 0x5eed_0009_u64;

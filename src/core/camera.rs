@@ -12,6 +12,8 @@ use serde::{Deserialize, Serialize};
 
 /// Sines of angles below this are none: what rounding leaves of a level horizon.
 const LEVEL: f64 = 1e-6;
+/// A turntable ends so far before the pole, radians: at the pole itself rounding would tell which way is up.
+const POLE: f64 = 1e-6;
 
 /// How view space is flattened onto the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -146,8 +148,8 @@ impl Camera {
         let polar = self.direction.dot(axis).clamp(-1.0, 1.0).acos();
         let away = match (is_level, is_upside_down) {
             (false, _) => down,
-            (true, false) => (polar + down).clamp(0.0, PI) - polar,
-            (true, true) => polar - (polar - down).clamp(0.0, PI),
+            (true, false) => (polar + down).clamp(POLE, PI - POLE) - polar,
+            (true, true) => polar - (polar - down).clamp(POLE, PI - POLE),
         };
         let tilted = self.rotated(DQuat::from_axis_angle(self.right(), -away));
         let turn = if is_upside_down { right } else { -right };

@@ -89,6 +89,21 @@ impl VectorLayer {
         Self { settings: VectorSettings::flowing(&field), field }
     }
 
+    /// In colours that are not those of a field which is seen with it.
+    #[must_use]
+    pub fn unlike(mut self, field: &TransferFunction) -> Self {
+        let of_field = match field.colour {
+            ColourSource::Map { map, .. } => Some(map),
+            ColourSource::Stops(_) => None,
+        };
+        if let ColourSource::Map { map, .. } = &mut self.settings.transfer.colour
+            && Some(*map) == of_field
+        {
+            *map = ColourMap::Inferno;
+        }
+        self
+    }
+
     /// A field as it is first seen beside another: in colours of its own, and out of step with it.
     pub fn beside_another(field: Arc<VectorField>) -> Self {
         let mut settings = VectorSettings { seed: 1, ..VectorSettings::for_field(&field) };

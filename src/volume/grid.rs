@@ -36,7 +36,9 @@ impl Association {
     /// Where values lie on cells that are no solids, world: at their points, or in their middles.
     pub fn places(self, cells: &Cells) -> Arc<[DVec3]> {
         match self {
-            Self::Point => Arc::clone(cells.points()),
+            Self::Point if cells.points().len() == cells.own_points() => Arc::clone(cells.points()),
+            // Without those that splits have added.
+            Self::Point => cells.points()[..cells.own_points()].into(),
             Self::Cell => cells.middles(),
         }
     }

@@ -527,7 +527,7 @@ fn a_first_picture_that_takes_long_is_said_to_come() {
 #[test]
 fn a_picture_of_the_background_alone_says_what_to_try() {
     let mut bench = Bench::opened();
-    let words = "Nothing shows in this view";
+    let words = "Next to nothing shows in this view";
     assert!(!bench.shows(words));
     let Background::Colour(Srgb8([behind, ..])) = bench.last_request().scene.background else {
         panic!("a grey");

@@ -76,8 +76,7 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
         removed
     };
     if listed_ui(ui, isosurfaces, MOST_ISOSURFACES, more, one) {
-        let value = statistics.quantile(0.9);
-        isosurfaces.push(Isosurface { value, opacity: 1.0, colour: None });
+        isosurfaces.push(Isosurface::first(&transfer, statistics));
     }
     let more = ["Add slice", "slices", "A plane that shows the values on it in their colours"];
     let has_cells = splat.kernel == Kernel::Cells;

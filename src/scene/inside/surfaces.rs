@@ -3,10 +3,11 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::super::POLYGON_COLOUR;
 use super::{InsideError, Plane};
 use crate::core::Srgb8;
 use crate::transfer::TransferFunction;
-use crate::volume::Lattice;
+use crate::volume::{Lattice, Statistics};
 
 /// Slices in a scene at most.
 pub const MOST_SLICES: usize = 6;
@@ -28,14 +29,17 @@ pub struct Slice {
     pub edges: bool,
 }
 
-/// The greatest luminance, linear light, on which edges of cells are white rather than black.
+/// The greatest luminance, linear light, of what is dark: edges of cells on it are white rather than black, and no surface has it
+/// that nobody chose.
 const DARK: f64 = 0.08;
+
+fn is_dark([r, g, b]: [f64; 3]) -> bool {
+    0.2126 * r + 0.7152 * g + 0.0722 * b < DARK
+}
 
 /// A colour of a slice, linear, where `share` of the places half a pixel beside it lie in another cell.
 pub fn edge_colour(colour: [f64; 3], share: f64) -> [f64; 3] {
-    let [r, g, b] = colour;
-    let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    let edge = if luminance < DARK { 1.0 } else { 0.0 };
+    let edge = if is_dark(colour) { 1.0 } else { 0.0 };
     colour.map(|c| c + (edge - c) * share)
 }
 
@@ -50,7 +54,25 @@ pub struct Isosurface {
     pub colour: Option<Srgb8>,
 }
 
+/// Where the first isosurface lies, as a part of the greatest opacity: where matter becomes dense.
+const DENSE: f64 = 0.4;
 impl Isosurface {
+    /// One that nobody has chosen yet: opaque, where opacities have risen to two fifths of the greatest, or at the ninth of ten
+    /// values where they never do between the least and the greatest; in the colour there, or a light one where that is dark.
+    pub fn first(transfer: &TransferFunction, statistics: &Statistics) -> Self {
+        let most = transfer.opacity.iter().fold(0.0_f64, |most, (_, opacity)| most.max(*opacity));
+        let dense = DENSE * most;
+        let rises = transfer.opacity.windows(2).find_map(|ends| {
+            let [(from, below), (to, above)] = [ends[0], ends[1]];
+            let share = (dense - below) / (above - below);
+            (below < dense && above >= dense).then_some(from + share * (to - from))
+        });
+        let is_within = |value: &f64| statistics.min < *value && *value < statistics.max;
+        let value = rises.filter(is_within).unwrap_or(statistics.quantile(0.9));
+        let colour = is_dark(transfer.colour_at(value).0).then_some(POLYGON_COLOUR);
+        Self { value, opacity: 1.0, colour }
+    }
+
     /// Its colour in linear light.
     #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
     pub fn linear_colour(&self, transfer: &TransferFunction) -> [f32; 3] {
@@ -113,6 +135,30 @@ mod tests {
     use glam::DMat3;
 
     use super::*;
+    use crate::core::Ticket;
+    use crate::transfer::{ColourMap, ColourSource};
+    use crate::volume::Samples;
+
+    #[test]
+    fn a_first_isosurface_lies_where_matter_becomes_dense_and_is_never_dark() {
+        let statistics = |values: Vec<f64>| {
+            Statistics::of(&Samples::Float64(values), &Ticket::new()).expect("values")
+        };
+        let values = statistics((0..=100).map(f64::from).collect());
+        let map = |range| ColourSource::Map { map: ColourMap::Gray, range };
+        let first = |opacity: &[(f64, f64)], range| {
+            Isosurface::first(&TransferFunction::of(opacity.to_vec(), map(range)), &values)
+        };
+        let rising = [(20.0, 0.0), (40.0, 0.1), (60.0, 0.5), (100.0, 0.5)];
+        let bright = first(&rising, [-50.0, 60.0]);
+        // A fifth, of a half.
+        assert!((bright.value - 45.0).abs() < 1e-9, "{bright:?}");
+        assert_eq!((bright.opacity, bright.colour), (1.0, None));
+        assert_eq!(first(&rising, [40.0, 200.0]).colour, Some(POLYGON_COLOUR));
+        // As dense everywhere, and only beyond all values.
+        assert_eq!(first(&[(0.0, 0.5), (100.0, 0.5)], [0.0, 100.0]).value, 90.0);
+        assert_eq!(first(&[(150.0, 0.0), (200.0, 1.0)], [0.0, 100.0]).value, 90.0);
+    }
 
     #[test]
     fn a_slice_across_an_axis_holds_what_lies_there_and_knows_where_it_is() {
