@@ -1166,7 +1166,7 @@ fn points_of_a_polyhedron_without_faces_are_drawn() {
     );
     let Opened { grid, .. } = made("a.vtu", text);
     let drawn = (&grid.fields[0], Component::Index(0));
-    let path = std::path::Path::new("a.vtu");
+    let path = Path::new("a.vtu");
     let mesh = voxsplat::io::mesh::surface_of(path, &grid, drawn, &[], &Ticket::new());
     let mesh = mesh.expect("drawn").expect("a file of points").mesh;
     assert_eq!(mesh.arrays()[0].range(), Some([0.0, 3.0]));
