@@ -587,9 +587,9 @@ pub(super) fn grid(
     told::in_order(&mut fields);
     axes::activate(&mut fields, active);
     if fields.is_empty() {
-        // Vertices, no cells at all, or none that lies anywhere: what points have themselves is how dense they lie.
+        // Vertices and lines, no cells at all, or none that lies anywhere: what points have themselves is how dense they lie.
         let lie_nowhere = told::lie_nowhere(&listing);
-        let are_points_alone = lie_nowhere || listing.types.iter().all(|kind| *kind <= 2);
+        let are_points_alone = lie_nowhere || !have_extent;
         let is_surface = told::are_surface(&listing.types) && !lie_nowhere;
         fields.push(match are_points_alone {
             // They colour nothing, so that nothing is to be said of them.

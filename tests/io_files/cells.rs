@@ -1146,6 +1146,15 @@ fn bent_sheets_of_curvilinear_grids_are_surfaces() {
     assert!(matches!(&torn.grid.shape, Shape::Unstructured(cells) if cells.is_surface()));
 }
 
+/// A line through many points has one number, its own, which would be one body.
+#[test]
+fn points_of_a_line_are_told_apart() {
+    let text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 1 1 0 3 1 0\nLINES 1 5\n4 0 1 2 3\n";
+    let Opened { grid, .. } = made("a.vtk", text);
+    let [field] = &grid.fields[..] else { panic!("{:?}", grid.fields) };
+    assert_eq!((field.association, field.samples.len()), (Association::Point, 4));
+}
+
 /// The middle of no faces lies nowhere and has no number.
 #[test]
 fn points_of_a_polyhedron_without_faces_are_drawn() {
