@@ -170,11 +170,12 @@ impl Window {
                     true => VectorLayer::beside_another(field),
                     false => VectorLayer::new(field),
                 };
-                let opening = match scene.transfer().filter(|_| scene.shows_field() && !is_second) {
-                    Some(transfer) => opening.unlike(transfer),
-                    None => opening,
-                };
                 let index = usize::from(is_second);
+                let vectors = scene.vectors();
+                let others = vectors.iter().enumerate().filter(|(i, _)| *i != index);
+                let others = others.map(|(_, other)| &other.settings.transfer);
+                let field = scene.transfer().filter(|_| scene.shows_field());
+                let opening = opening.unlike(&others.chain(field).collect::<Vec<_>>());
                 match scene.vectors().into_iter().nth(index) {
                     Some(before) => {
                         let settings = kept(before.settings, &opening.settings);

@@ -640,11 +640,10 @@ fn leave_out_ghosts(listing: &mut Listing, fields: &mut Vec<Field>) -> Option<St
     })
 }
 
-/// The grid of a block of points. Its cells are listed where some of the points lie nowhere, so that those there can be left out,
-/// and where they are the quadrilaterals of a bent sheet, which is drawn as a surface.
+/// The grid of a block of points. Where some of them lie nowhere its cells are listed, so that those there can be left out.
 ///
 /// # Errors
-/// See [`grid`]; points of a line that lie nowhere, too.
+/// See [`grid`]; points of a surface that lie nowhere, too.
 pub(super) fn curvilinear(
     (points, dims): (Arc<[DVec3]>, [usize; 3]),
     fields: Vec<Field>,
@@ -653,17 +652,11 @@ pub(super) fn curvilinear(
     warnings: &mut Vec<String>,
 ) -> Result<Grid, Problem> {
     let is_whole = points.len() == dims.iter().product::<usize>();
-    let wide = dims.iter().filter(|n| **n > 1).count();
-    let mut fields = fields;
-    if !is_whole || wide < 2 || points.iter().all(|point| point.is_finite()) {
-        let grid = Grid::shaped(dims, Shape::Curvilinear(Arc::clone(&points)), fields)?;
-        let is_bent = matches!(grid.shape, Shape::Curvilinear(_));
-        if !is_whole || wide != 2 || !is_bent {
-            return Ok(grid);
-        }
-        fields = grid.fields;
+    let is_solid = dims.iter().all(|n| *n > 1);
+    if !is_whole || !is_solid || points.iter().all(|point| point.is_finite()) {
+        return Ok(Grid::shaped(dims, Shape::Curvilinear(points), fields)?);
     }
-    let cells = dims.iter().map(|n| (n - 1).max(1)).product::<usize>() as u64;
+    let cells = dims.iter().map(|n| n - 1).product::<usize>() as u64;
     require_memory(points.len() as u64, cells, 8 * cells, free_bytes)?;
     let mut listing = Listing { points: points.to_vec(), ..Listing::default() };
     add_block(&mut listing, dims);

@@ -89,17 +89,16 @@ impl VectorLayer {
         Self { settings: VectorSettings::flowing(&field), field }
     }
 
-    /// In colours that are not those of a field which is seen with it.
+    /// In colours that nothing else has that is seen with it.
     #[must_use]
-    pub fn unlike(mut self, field: &TransferFunction) -> Self {
-        let of_field = match field.colour {
-            ColourSource::Map { map, .. } => Some(map),
-            ColourSource::Stops(_) => None,
-        };
-        if let ColourSource::Map { map, .. } = &mut self.settings.transfer.colour
-            && Some(*map) == of_field
-        {
-            *map = ColourMap::Inferno;
+    pub fn unlike(mut self, others: &[&TransferFunction]) -> Self {
+        if let ColourSource::Map { map, .. } = &mut self.settings.transfer.colour {
+            let is_taken = |own: ColourMap| {
+                let has = |other: &&TransferFunction| matches!(other.colour, ColourSource::Map { map, .. } if map == own);
+                others.iter().any(has)
+            };
+            let free = [*map, ColourMap::Inferno, ColourMap::Viridis, ColourMap::Oslo];
+            *map = free.into_iter().find(|map| !is_taken(*map)).unwrap_or(*map);
         }
         self
     }

@@ -1110,42 +1110,6 @@ fn cells_of_curvilinear_grids_are_told_as_those_of_others_are() {
     assert!(flat.contains("points     4\ncells      1 quadrilateral\n"), "{flat}");
 }
 
-/// Bent sheets were refused, though they are nothing but quadrilaterals.
-#[test]
-fn bent_sheets_of_curvilinear_grids_are_surfaces() {
-    let sheet = |bend: f64, places: &[&str]| {
-        let place = |i: usize| {
-            let [x, y] = [(i % 4) as f64, (i / 4) as f64];
-            places
-                .get(i)
-                .map_or_else(|| format!("{x} {y} {}", bend * x * x * y), |p| (*p).to_owned())
-        };
-        let places: Vec<String> = (0..12).map(place).collect();
-        let text = format!(
-            "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS 4 3 1\nPOINTS 12 double\n{}\n\
-             POINT_DATA 12\nSCALARS heat double 1\nLOOKUP_TABLE default\n{}\nCELL_DATA 6\nSCALARS of double 1\n\
-             LOOKUP_TABLE default\n1 2 3 4 5 6\n",
-            places.join("\n"),
-            (0..12).map(|i| format!("{i} ")).collect::<String>()
-        );
-        made("a.vtk", text)
-    };
-    let opened = sheet(0.1, &[]);
-    let Shape::Unstructured(cells) = &opened.grid.shape else { panic!("{:?}", opened.grid.shape) };
-    assert!(cells.is_surface());
-    assert_eq!(
-        opened.grid.fields.iter().map(|field| field.samples.len()).collect::<Vec<_>>(),
-        [12, 6]
-    );
-    assert!(told(&opened).contains("6 quadrilaterals"), "{}", told(&opened));
-    assert!(
-        !matches!(sheet(0.0, &[]).grid.shape, Shape::Unstructured(_)),
-        "an even one is a picture"
-    );
-    let torn = sheet(0.1, &["nan nan nan"]);
-    assert!(matches!(&torn.grid.shape, Shape::Unstructured(cells) if cells.is_surface()));
-}
-
 /// A line through many points has one number, its own, which would be one body.
 #[test]
 fn points_of_a_line_are_told_apart() {
