@@ -46,7 +46,7 @@ const THICK: f64 = 3.0;
 /// know the gradient on their faces alone: faces that cross slabs many pixels thick show rings.
 const LIT_SLABS: f64 = 256.0;
 /// Walls of cells are cut into as many slabs, about: light turns from one side of a wall to the other, and fewer show a grain
-/// (can.vtu: a root mean square error of 0.012 by one slab a sample, 0.006 by two, which take half as long again).
+/// (can.vtu: a root mean square error of 0.012 by one slab a sample, 0.006 by two, which take a sixth longer).
 const SLABS_A_WALL: f64 = 2.0;
 /// But no thinner than this many to a sample, where none is left (EMD-3197.map, 20³; of demo:head, 128³, two leave traces).
 const MOST_LIT_SLABS: f64 = 4.0;
