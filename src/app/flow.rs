@@ -7,6 +7,7 @@ use eframe::egui::Context;
 use glam::DVec3;
 
 use super::job::{Ended, Job};
+use super::vectors::faded_for;
 use super::window::Window;
 use crate::core::Ticket;
 use crate::polygons::Mesh;
@@ -146,11 +147,8 @@ impl Window {
                     }
                     None => scene.add(source, layer),
                 }
-                if scene.uncover(&places) {
-                    self.notices.note(format!(
-                        "The {name} lie in opaque matter, which is hidden now; Hide the scalar field, under Vectors, \
-                         shows it again"
-                    ));
+                if scene.uncover(places.iter().copied()) {
+                    self.notices.note(faded_for(&name));
                 }
             }
             Ended::Finished(Err(None)) => {}

@@ -133,6 +133,11 @@ impl Notices {
         self.shown.retain(|notice| !is_read(notice));
     }
 
+    /// Whether an error is on screen.
+    pub fn has_errors(&self) -> bool {
+        self.shown.iter().any(|notice| notice.kind == Kind::Error)
+    }
+
     /// Takes errors off the screen.
     pub fn dismiss_errors(&mut self) {
         self.shown.retain(|notice| notice.kind != Kind::Error);

@@ -154,7 +154,8 @@ impl Window {
             self.fit(view);
         }
         let scene = self.scene.as_ref();
-        if scene.is_some_and(|scene| scene.little_seen_of_places(places).is_some()) {
+        if scene.is_some_and(|scene| scene.little_seen_of_places(places.iter().copied()).is_some())
+        {
             self.notices.offer(
                 Action::ToggleFade,
                 format!(

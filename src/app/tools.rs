@@ -6,11 +6,12 @@ use super::modes;
 use super::window::Window;
 
 impl Window {
-    /// Whether Escape would end a tool: nothing else is there that it closes or leaves first.
+    /// Whether Escape would end a tool or take an error away: nothing else is there that it closes or leaves first.
     pub(super) fn escape_ends_tools(&self, ctx: &Context) -> bool {
         let has_tool = self.leveling.on || self.probing.is_on() || self.cells.on;
+        let has_any = has_tool || self.notices.has_errors();
         let is_held = ctx.input(|input| input.pointer.any_down());
-        has_tool && self.dialog.is_none() && !self.had_focus && !is_held && !Popup::is_any_open(ctx)
+        has_any && self.dialog.is_none() && !self.had_focus && !is_held && !Popup::is_any_open(ctx)
     }
 
     /// Takes note of whether something has the keyboard, which Escape takes from it before anyone is asked.
@@ -32,7 +33,7 @@ impl Window {
         }
     }
 
-    /// Ends window and level, the probe and the octree's cells.
+    /// Ends window and level, the probe and the octree's cells, and takes errors off the picture.
     pub(super) fn end_tools(&mut self, ctx: &Context) {
         self.notices.dismiss_errors();
         self.leveling.on = false;

@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use eframe::egui::Context;
-use glam::DVec3;
 
 use super::document::Document;
 use super::job::{Ended, Job};
@@ -20,8 +19,12 @@ const FIRST_SPEED: f64 = 0.4;
 /// of a battery.
 pub(super) const MOST_FPS: u32 = 20;
 
-/// Places of vectors that are looked at to find whether matter hides them, at most.
-const MOST_LOOKED_AT: usize = 1 << 10;
+/// What is said where the field was faded for what lies in it.
+pub(super) fn faded_for(name: &str) -> String {
+    format!(
+        "The volume would hide the {name}, so it was faded: Fade the volume, under View, brings it back"
+    )
+}
 
 /// Which fields of the open file are drawn as vectors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -175,7 +178,7 @@ impl Window {
                 let others = vectors.iter().enumerate().filter(|(i, _)| *i != index);
                 let others = others.map(|(_, other)| &other.settings.transfer);
                 let field = scene.transfer().filter(|_| scene.shows_field());
-                let opening = opening.unlike(&others.chain(field).collect::<Vec<_>>());
+                let opening = opening.unlike(others.chain(field));
                 match scene.vectors().into_iter().nth(index) {
                     Some(before) => {
                         let settings = kept(before.settings, &opening.settings);
@@ -189,17 +192,11 @@ impl Window {
                         }
                     }
                     None => {
-                        let places = &opening.field.places;
-                        let every = opening.field.vectors.len().div_ceil(MOST_LOOKED_AT).max(1);
-                        let some = (0..opening.field.vectors.len()).step_by(every);
-                        let some: Vec<DVec3> = some.map(|i| places.at(i).0).collect();
+                        let field = Arc::clone(&opening.field);
                         scene.add(source, opening);
                         // Who asks for them means to see them.
-                        if scene.shows_field() && scene.little_seen_of_places(&some).is_some() {
-                            scene.fade(true);
-                            self.notices.note(
-                                "The volume would hide the vectors, so it was faded: Fade the volume, under View, brings it back",
-                            );
+                        if scene.uncover((0..field.vectors.len()).map(|i| field.places.at(i).0)) {
+                            self.notices.note(faded_for("vectors"));
                         }
                     }
                 }

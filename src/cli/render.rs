@@ -19,8 +19,8 @@ use crate::rbf::four_digits;
 use crate::scene::annotations::Layout;
 use crate::scene::{
     Annotation, BESIDE, Background, Classify, CutSettings, Effect, Ground, Inside,
-    MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource, Scene, SplatSettings, View, Visibility,
-    among_axes, among_surfaces,
+    MOST_SLABS_PER_VOXEL, PolygonLayer, SampleSource, Scene, SplatSettings, VectorLayer, View,
+    Visibility, among_axes, among_surfaces,
 };
 use crate::task::cuts::why_no_cut_of;
 use crate::task::engine::{Engine, EngineChoice};
@@ -371,11 +371,17 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
     if let Some(refusal) = scene.refusals().first() {
         return Err(Failure::Usage(refusal.to_string()));
     }
-    for (what, places, leave_out) in [
-        ("streamlines or arrows", lines, "--vectors-only"),
-        ("labels or meshes", surfaces, "--opacity 0:0"),
+    let hides = |places: &[DVec3]| scene.little_seen_of_places(places.iter().copied()).is_some();
+    let hides_vectors = |VectorLayer { field, .. }: &VectorLayer| {
+        let places = (0..field.vectors.len()).map(|i| field.places.at(i).0);
+        scene.little_seen_of_places(places).is_some()
+    };
+    for (what, is_hidden, leave_out) in [
+        ("vectors", scene.vectors().iter().any(hides_vectors), "--vectors-only"),
+        ("streamlines or arrows", hides(&lines), "--vectors-only"),
+        ("labels or meshes", hides(&surfaces), "--opacity 0:0"),
     ] {
-        if scene.little_seen_of_places(&places).is_some() {
+        if is_hidden {
             note(&format!(
                 "the {what} lie in opaque matter, which hides them: leave it out ({leave_out}), lower its --opacity, or \
                  cut it open (--clip-box)"

@@ -11,6 +11,7 @@ use super::{Failure, note, values};
 use crate::core::Ticket;
 use crate::scene::{SampleSource, Scene, VectorLayer};
 use crate::task::loop_file::LoopFormat;
+use crate::transfer::TransferFunction;
 use crate::vector::ColourBy;
 use crate::volume::{Field, Shape, VectorField, VolumeError};
 
@@ -149,6 +150,8 @@ impl VectorFlags {
             true => VectorLayer::flowing(Arc::new(vectors)),
             false => VectorLayer::new(Arc::new(vectors)),
         };
+        let field = scene.transfer().filter(|_| !alone);
+        layer = layer.unlike(field);
         let beside = scene.volume().map(|volume| &**volume);
         let range = |by: ColourBy| by.range(&layer.field, beside);
         let settings = self.look.settings(&layer.settings, range, |name| match name {
@@ -157,13 +160,20 @@ impl VectorFlags {
         });
         layer.settings = settings.map_err(Failure::Usage)?;
         let mut layers = vec![layer];
-        layers.extend(self.second(input, scene)?);
+        let others = field.into_iter().chain([&layers[0].settings.transfer]);
+        let second = self.second(input, scene, others)?;
+        layers.extend(second);
         let of = |layer: VectorLayer| (input.source(&layer.field.name), layer);
         Ok(Some(Vectors { layers: layers.into_iter().map(of).collect(), alone, phase: self.phase }))
     }
 
-    /// The second field, where one was asked for.
-    fn second(&self, input: &Input, scene: &Scene) -> Result<Option<VectorLayer>, Failure> {
+    /// The second field, where one was asked for, in colours that nothing beside it has.
+    fn second<'a>(
+        &self,
+        input: &Input,
+        scene: &Scene,
+        others: impl IntoIterator<Item = &'a TransferFunction>,
+    ) -> Result<Option<VectorLayer>, Failure> {
         let failed = |error: VolumeError| Failure::Failed(input.about(&error.to_string()));
         let named = |name: &str| input.grid.field(Some(name)).map_err(failed);
         let ticket = Ticket::new();
@@ -185,7 +195,7 @@ impl VectorFlags {
         if !matches!(input.grid.shape, Shape::Unstructured(_)) {
             note_holes(&vectors);
         }
-        let opening = VectorLayer::beside_another(Arc::new(vectors));
+        let opening = VectorLayer::beside_another(Arc::new(vectors)).unlike(others);
         let beside = scene.volume().map(|volume| &**volume);
         let range = |by: ColourBy| by.range(&opening.field, beside);
         let look = LookFlags::of(&self.second_look).map_err(Failure::Usage)?;

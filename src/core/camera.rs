@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// Sines of angles below this are none: what rounding leaves of a level horizon.
 const LEVEL: f64 = 1e-6;
 /// A turntable ends so far before the pole, radians: at the pole itself rounding would tell which way is up.
-const POLE: f64 = 1e-6;
+const POLE: f64 = 5e-7;
 
 /// How view space is flattened onto the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -52,6 +52,10 @@ pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
+/// The linear light of each byte of a channel.
+pub static LIGHT_OF_BYTES: LazyLock<[f64; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| linear_from_srgb(byte as f64 / 255.0)));
+
 /// Encodes one channel of linear light in 0..=1 as sRGB.
 pub fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }

@@ -1,7 +1,7 @@
 //! The shapes of cells: where a place lies in one, and the value there, eight places at a time.
 
 use fearless_simd::{Simd, prelude::*};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::lanes::{Lanes, Mask, Vec3, all, any, choose};
 use super::rays::Packet;
@@ -74,18 +74,13 @@ pub(super) fn of_tetrahedron(
 ///
 /// A step of length h leaves |J⁻¹| |Δ|, where Δ is what the map from (r, s, t) to places has beside its linear part about the
 /// place: no more than h² times the sum of the factors of rs, st, rt and, four times, rst.
-fn last_step([_, by_r, by_s, by_t, by_rs, by_st, by_rt, by_rst]: [DVec3; 8]) -> f64 {
+fn last_step(placed: &Placed) -> f64 {
+    let [_, _, _, _, by_rs, by_st, by_rt, by_rst] = placed.factors();
     let bend = by_rs.length() + by_st.length() + by_rt.length() + 4.0 * by_rst.length();
-    let slopes = |corner: u32| {
-        let [r, s, t] = [0, 1, 2].map(|axis| f64::from(corner >> axis & 1));
-        DMat3::from_cols(
-            by_r + s * by_rs + t * by_rt + s * t * by_rst,
-            by_s + r * by_rs + t * by_st + r * t * by_rst,
-            by_t + s * by_st + r * by_rt + r * s * by_rst,
-        )
-    };
-    let steepest = (0..8).map(|corner| {
-        let [x, y, z] = slopes(corner).inverse().to_cols_array_2d().map(DVec3::from);
+    let corner = |which: u32| DVec3::from([0, 1, 2].map(|axis| f64::from(which >> axis & 1)));
+    let steepest = (0..8).map(|which| {
+        let (_, slopes) = placed.at(corner(which));
+        let [x, y, z] = slopes.inverse().to_cols_array_2d().map(DVec3::from);
         (x.length_squared() + y.length_squared() + z.length_squared()).sqrt()
     });
     // Not a number, or infinite, where a corner has no inverse, as the tip of a pyramid.
@@ -109,7 +104,7 @@ pub(super) fn of_solid(placed: &Placed, values: [f32; 8], rim: Rim) -> Bent {
         values: kind.polynomial(values),
         bounds: [(low - about).as_vec3().to_array(), (high + about).as_vec3().to_array()],
         rims: rims.map(narrow),
-        last_step: narrow(last_step(factors)),
+        last_step: narrow(last_step(placed)),
     }
 }
 

@@ -91,12 +91,10 @@ impl VectorLayer {
 
     /// In colours that nothing else has that is seen with it.
     #[must_use]
-    pub fn unlike(mut self, others: &[&TransferFunction]) -> Self {
+    pub fn unlike<'a>(mut self, others: impl IntoIterator<Item = &'a TransferFunction>) -> Self {
+        let taken: Vec<_> = others.into_iter().filter_map(|other| other.colour.map()).collect();
         if let ColourSource::Map { map, .. } = &mut self.settings.transfer.colour {
-            let is_taken = |own: ColourMap| {
-                let has = |other: &&TransferFunction| matches!(other.colour, ColourSource::Map { map, .. } if map == own);
-                others.iter().any(has)
-            };
+            let is_taken = |own: ColourMap| taken.contains(&own);
             let free = [*map, ColourMap::Inferno, ColourMap::Viridis, ColourMap::Oslo];
             *map = free.into_iter().find(|map| !is_taken(*map)).unwrap_or(*map);
         }

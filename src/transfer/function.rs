@@ -52,6 +52,14 @@ impl ColourSource {
         Srgb8(self.encoded_at(value).map(|part| (255.0 * part).round() as u8))
     }
 
+    /// The map, where it is one.
+    pub fn map(&self) -> Option<ColourMap> {
+        match self {
+            Self::Map { map, .. } => Some(*map),
+            Self::Stops(_) => None,
+        }
+    }
+
     /// The values that take the first and the last colour; zeros without any.
     pub fn range(&self) -> [f64; 2] {
         match self {
@@ -266,6 +274,11 @@ impl TransferFunction {
         let span = values
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
         (span[0] <= span[1]).then_some(span)
+    }
+
+    /// The greatest opacity of any value but NaN.
+    pub fn most_opacity(&self) -> f64 {
+        self.opacity.iter().fold(0.0, |most, (_, opacity)| most.max(*opacity))
     }
 
     /// Opacity per unit distance of a value, 0..=1.

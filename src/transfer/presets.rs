@@ -21,16 +21,16 @@ const THICK_CELLS: f64 = 1.5;
 const MOST_OF_CELLS: f64 = 0.97;
 /// Where matter of a map begins and is dense, in standard deviations of its noise.
 const MAP_LEVELS: [f64; 2] = [2.5, 5.0];
-/// Values of chance are as often above as below, their distances from the middle alike to this, as a logarithm,
+/// Values that are about normally distributed reach as far above their median as below it, up to this logarithm of the ratio,
 const BELL_IS_EVEN: f64 = 0.25;
-/// and one of a hundred lies so many times as far out as one of six (of a normal distribution: 2.34; where all are as
-/// frequent: 1.44).
+/// and the outermost hundredth lies so many times as far out as the outermost sixth (of a normal distribution 2.34 times, of
+/// an even one 1.44).
 const BELL_TAILS: std::ops::Range<f64> = 1.9..3.2;
 /// Opacities of what stands out of such values, by standard deviations.
 const FLUCTUATIONS: [(f64, f64); 3] = [(1.2, 0.0), (2.0, 0.25), (3.4, 0.8)];
-/// Where a map has a face, in the same.
+/// Where the surface of a density map lies at least, in the same.
 const MAP_FACE: f64 = 4.0;
-/// Half the width of a face, in parts of the range of density, and its opacity behind it.
+/// Half the range of densities over which opacity rises at that surface, in parts of all, and the opacity behind it.
 const HALF_A_FACE: f64 = 0.03;
 const FACE_OPACITY: f64 = 0.95;
 /// Where colours of what is seen from outside end, in parts of the visible range.
@@ -207,8 +207,8 @@ pub fn of_points(statistics: &Statistics) -> TransferFunction {
     TransferFunction::of(vec![(statistics.min, 1.0)], colour)
 }
 
-/// For a map of density in Å, of molecules: matter has a face where density passes the value that parts it from what surrounds it,
-/// as programs for molecules show it, and nothing is seen through it.
+/// For a density map of molecules, in Å: an opaque surface at the density that separates matter from its surroundings, as
+/// programs for molecules show it.
 pub fn of_density(statistics: &Statistics) -> TransferFunction {
     let (low, high) = (statistics.quantile(0.002), statistics.quantile(0.998));
     if !(low < high && (high - low).is_finite()) {
@@ -226,7 +226,7 @@ pub fn of_density(statistics: &Statistics) -> TransferFunction {
     TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::Lapaz, range: [low, high] })
 }
 
-/// The mean and the standard deviation of values that lie about one as those of chance do, to both sides of it.
+/// The median and the standard deviation of values that are about normally distributed.
 fn bell(statistics: &Statistics) -> Option<[f64; 2]> {
     let [least, low, middle, high, most] =
         [0.01, 0.16, 0.5, 0.84, 0.99].map(|share| statistics.quantile(share));
@@ -237,13 +237,13 @@ fn bell(statistics: &Statistics) -> Option<[f64; 2]> {
 }
 
 /// What stands out of a field that goes up and down everywhere: with the rest it would be a block.
-fn of_fluctuations(statistics: &Statistics, [mean, deviation]: [f64; 2]) -> TransferFunction {
-    let points = FLUCTUATIONS.map(|(times, opacity)| (mean + times * deviation, opacity));
+fn of_fluctuations(statistics: &Statistics, [median, deviation]: [f64; 2]) -> TransferFunction {
+    let points = FLUCTUATIONS.map(|(times, opacity)| (median + times * deviation, opacity));
     let mut opacity: Vec<_> =
         points.into_iter().filter(|(value, _)| *value < statistics.max).collect();
     opacity.push((statistics.max, FLUCTUATIONS[2].1));
     // What begins to show is no darker than the middle.
-    let range = [mean, statistics.quantile(0.999)];
+    let range = [median, statistics.quantile(0.999)];
     TransferFunction::of(opacity, ColourSource::Map { map: ColourMap::Viridis, range })
 }
 

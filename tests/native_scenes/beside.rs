@@ -116,7 +116,7 @@ fn no_sample_is_lost_where_the_lists_of_two_cells_meet() {
 
 /// A ball in a cube, as opaque as said, and lines from its middle on, or beside it.
 #[test]
-fn a_field_that_hides_lines_is_left_out_and_one_that_does_not_stays() {
+fn a_field_that_hides_lines_is_faded_and_one_that_does_not_stays() {
     let ball = |opacity: f64| {
         let volume = volume([33; 3], |at| {
             let [x, y, z] = at.map(|n| n as f32 - 16.0);
@@ -126,14 +126,16 @@ fn a_field_that_hides_lines_is_left_out_and_one_that_does_not_stays() {
         scene.camera.direction = DVec3::Z;
         scene
     };
-    let line = |from: f64| -> Vec<DVec3> {
-        (0..500).map(|i| DVec3::new(from + 0.004 * f64::from(i), 16.0, 16.0)).collect()
+    let line = |from: f64| {
+        let line = (0..500).map(|i| DVec3::new(from + 0.004 * f64::from(i), 16.0, 16.0));
+        line.collect::<Vec<_>>().into_iter()
     };
     let mut opaque = ball(1.0);
-    assert!(!opaque.uncover(&line(-2.4)) && opaque.shows_field());
-    assert!(!opaque.uncover(&[]) && !opaque.uncover(&line(900.0)));
-    assert!(opaque.little_seen_of_places(&line(15.0)).is_some_and(|seen| seen < 1e-3));
-    assert!(opaque.uncover(&line(15.0)) && !opaque.shows_field());
+    assert!(!opaque.uncover(line(-2.4)) && !opaque.is_faded());
+    assert!(!opaque.uncover([].into_iter()) && !opaque.uncover(line(900.0)));
+    assert!(opaque.little_seen_of_places(line(15.0)).is_some_and(|seen| seen < 1e-3));
+    assert!(opaque.uncover(line(15.0)) && opaque.is_faded());
+    assert_eq!(opaque.little_seen_of_places(line(15.0)), None, "it is seen now");
     let mut thin = ball(0.01);
-    assert!(!thin.uncover(&line(15.0)) && thin.shows_field());
+    assert!(!thin.uncover(line(15.0)) && !thin.is_faded());
 }

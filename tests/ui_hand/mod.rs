@@ -9,7 +9,7 @@ use voxsplat::app::camera_control::Turning;
 use voxsplat::scene::annotations::AxisEnd;
 use voxsplat::scene::{AlongRay, NamedView, Orientation, Slice, UpAxis, View, projected_range};
 use voxsplat::task::annotations::laid_out;
-use voxsplat::transfer::{ColourMap, ColourSource};
+use voxsplat::transfer::{ColourMap, ColourSource, Design, TransferFunction};
 
 use crate::ui_support::Bench;
 
@@ -26,7 +26,7 @@ fn a_turntable_keeps_up_what_is_up_and_a_trackball_does_not() {
     for by in by {
         bench.drag(PointerButton::Primary, Modifiers::NONE, by);
         let camera = bench.camera();
-        assert!(camera.right().z.abs() < 1e-6 && camera.up.z > -1e-6, "{}", camera.up);
+        assert!(camera.right().z.abs() < 1e-6 && camera.up.z > 0.0, "{}", camera.up);
     }
     assert!((bench.camera().direction + DVec3::Z).length() < 1e-3, "from above, and no further");
     bench.harness.get_by_label("Trackball").click();
@@ -445,4 +445,49 @@ fn a_slice_shows_its_section_whole_at_first_and_is_dragged_by_its_handle() {
     press(&mut bench, Modifiers::COMMAND, Key::Z);
     bench.settle();
     assert_eq!(slice(&bench).share_across(&lattice, 2), Some(0.5), "a drag is one step");
+}
+
+/// What did not work stays on screen until it was read.
+#[test]
+fn escape_takes_errors_off_the_picture() {
+    let mut bench = Bench::opened();
+    bench.open("bad.nrrd");
+    bench.wait_until(|window| window.notices().has_errors());
+    let before = bench.camera();
+    press(&mut bench, Modifiers::NONE, Key::Escape);
+    assert!(!bench.window().notices().has_errors());
+    assert_eq!(bench.camera(), before);
+}
+
+#[test]
+fn an_extent_belongs_to_its_file_and_a_kernel_is_a_habit() {
+    let mut bench = Bench::opened();
+    let splat = |bench: &Bench| bench.window().scene().expect("open").splat;
+    let natural = splat(&bench).extent;
+    bench.set_slider("Extent", 1.6);
+    bench.choose("Kernel", "Cubic B-spline");
+    bench.settle();
+    assert_ne!(splat(&bench).extent, natural);
+    let kernel = splat(&bench).kernel;
+    bench.open("triples.nrrd");
+    bench.settle();
+    assert_eq!((splat(&bench).extent, splat(&bench).kernel), (natural, kernel));
+}
+
+#[test]
+fn vectors_that_matter_would_hide_are_seen_in_it_and_in_other_colours() {
+    let mut bench = Bench::empty();
+    bench.open("triples.nrrd");
+    bench.settle();
+    let colour = ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 511.0] };
+    let of = TransferFunction::of(vec![(0.0, 1.0), (511.0, 1.0)], colour);
+    bench.harness.event(Event::Paste(Design::from(of).to_text()));
+    bench.harness.run_steps(3);
+    bench.harness.get_by_role_and_label(Role::Button, "Show the vectors").click();
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
+    bench.settle();
+    let scene = bench.window().scene().expect("open");
+    assert!(scene.shows_field() && scene.is_faded());
+    let map = |transfer: &TransferFunction| transfer.colour.map();
+    assert_ne!(map(&scene.vectors()[0].settings.transfer), scene.transfer().and_then(map));
 }

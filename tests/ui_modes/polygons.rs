@@ -201,7 +201,7 @@ fn streamlines_and_arrows_of_vectors_become_meshes() {
 
 /// In matter that hides them nothing would be seen of what was just made.
 #[test]
-fn streamlines_and_arrows_in_opaque_matter_hide_it_and_say_so() {
+fn streamlines_and_arrows_in_opaque_matter_fade_it_and_say_so() {
     let made_in = |opacity: f64, button: &str| {
         let mut bench = Bench::with_wind();
         let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 511.0] };
@@ -219,20 +219,22 @@ fn streamlines_and_arrows_in_opaque_matter_hide_it_and_say_so() {
     };
     let told = |bench: &Bench| {
         let shown = bench.window().notices().shown();
-        shown.iter().find(|notice| notice.text.contains("opaque matter")).map(|n| n.text.clone())
+        shown.iter().find(|notice| notice.text.contains("would hide")).map(|n| n.text.clone())
     };
     for (button, name) in [("Make streamlines", "streamlines"), ("Make arrows", "arrows")] {
         let thin = made_in(0.001, button);
-        assert!(thin.window().scene().expect("open").shows_field(), "{name}");
+        assert!(!thin.window().scene().expect("open").is_faded(), "{name}");
         assert_eq!(told(&thin), None, "{name}");
         let mut dense = made_in(1.0, button);
-        assert!(!dense.window().scene().expect("open").shows_field(), "{name}");
+        assert!(dense.window().scene().expect("open").is_faded(), "{name}");
         let said = told(&dense).expect("it is told");
-        assert!(said.contains(name) && said.contains("Hide the scalar field"), "{said}");
+        assert!(said.contains(name) && said.contains("Fade the volume"), "{said}");
         // What it names shows the matter again, and the lines stay.
-        dense.harness.get_by_role_and_label(Role::CheckBox, "Hide the scalar field").click();
+        dense.harness.get_all_by_label("View").next().expect("the menu").click();
+        dense.harness.run_steps(3);
+        press(&mut dense, "Fade the volume");
         dense.settle();
-        assert!(dense.window().scene().expect("open").shows_field(), "{name}");
+        assert!(!dense.window().scene().expect("open").is_faded(), "{name}");
         assert_eq!(layers(&dense).len(), 1);
     }
 }

@@ -39,29 +39,31 @@ impl Scene {
     }
 
     /// The same of something else by its places in the world, few of many.
-    pub fn little_seen_of_places(&self, world: &[DVec3]) -> Option<f64> {
+    pub fn little_seen_of_places(
+        &self,
+        world: impl ExactSizeIterator<Item = DVec3>,
+    ) -> Option<f64> {
         let every = world.len().div_ceil(MOST_PLACES).max(1);
+        let world: Vec<DVec3> = world.step_by(every).collect();
         let places = |matter: &Matter<'_>| {
-            let some = world.iter().step_by(every);
-            let some = some.map(|place| matter.volume.lattice.index_from_world(*place));
+            let some = world.iter().map(|place| matter.volume.lattice.index_from_world(*place));
             some.filter(|at| matter.is_kept(*at)).collect()
         };
         self.little_seen(places)
     }
 
-    /// Leaves the field out where its matter hides places of the world; whether it did.
-    pub fn uncover(&mut self, world: &[DVec3]) -> bool {
-        let is_hidden = self.little_seen_of_places(world).is_some();
+    /// Fades the field where its matter hides places of the world; whether it did.
+    pub fn uncover(&mut self, world: impl ExactSizeIterator<Item = DVec3>) -> bool {
+        let is_hidden = self.can_fade() && self.little_seen_of_places(world).is_some();
         if is_hidden {
-            self.show_field(false);
+            self.fade(true);
         }
         is_hidden
     }
 
     /// The greatest opacity of the field's matter.
     fn most_opacity(&self) -> f64 {
-        let points = self.transfer().map_or(&[][..], |transfer| &transfer.opacity);
-        points.iter().fold(0.0_f64, |most, (_, opacity)| most.max(*opacity))
+        self.transfer().map_or(0.0, TransferFunction::most_opacity)
     }
 
     /// Whether the field is so dense that it can be faded.

@@ -9,6 +9,9 @@ use crate::core::Srgb8;
 use crate::transfer::TransferFunction;
 use crate::volume::{Lattice, Statistics};
 
+/// Where the first isosurface lies, as a part of the greatest opacity: where matter becomes dense.
+const DENSE: f64 = 0.4;
+
 /// Slices in a scene at most.
 pub const MOST_SLICES: usize = 6;
 /// Isosurfaces in a scene at most.
@@ -54,14 +57,11 @@ pub struct Isosurface {
     pub colour: Option<Srgb8>,
 }
 
-/// Where the first isosurface lies, as a part of the greatest opacity: where matter becomes dense.
-const DENSE: f64 = 0.4;
 impl Isosurface {
     /// One that nobody has chosen yet: opaque, where opacities have risen to two fifths of the greatest, or at the ninth of ten
     /// values where they never do between the least and the greatest; in the colour there, or a light one where that is dark.
     pub fn first(transfer: &TransferFunction, statistics: &Statistics) -> Self {
-        let most = transfer.opacity.iter().fold(0.0_f64, |most, (_, opacity)| most.max(*opacity));
-        let dense = DENSE * most;
+        let dense = DENSE * transfer.most_opacity();
         let rises = transfer.opacity.windows(2).find_map(|ends| {
             let [(from, below), (to, above)] = [ends[0], ends[1]];
             let share = (dense - below) / (above - below);

@@ -6,7 +6,7 @@ use super::report::picture;
 use super::worker::{REBUILDS, Worker};
 use super::{Engine, EngineState, Picture};
 use crate::core::Ticket;
-use crate::core::colour::linear_from_srgb;
+use crate::core::colour::LIGHT_OF_BYTES;
 use crate::gpu::GpuError;
 use crate::plan::Plan;
 use crate::scene::Scene;
@@ -120,8 +120,7 @@ impl Worker {
 
 /// The greatest difference of a channel of two pictures' sRGB bytes with straight alpha, in linear light over black.
 fn greatest_difference(one: &[u8], other: &[u8]) -> f64 {
-    let light: Vec<f64> =
-        (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
+    let light = &*LIGHT_OF_BYTES;
     let of = |pixel: &[u8], channel: usize| {
         light[usize::from(pixel[channel])] * f64::from(pixel[3]) / 255.0
     };

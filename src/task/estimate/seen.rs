@@ -1,7 +1,7 @@
 //! What pictures show of their error by themselves, and how far two are from one another.
 
 use crate::accuracy::{self, CompareError};
-use crate::core::colour::linear_from_srgb;
+use crate::core::colour::LIGHT_OF_BYTES;
 use crate::scene::Background;
 use crate::task::engine::Picture;
 
@@ -36,10 +36,9 @@ pub(in crate::task) fn part_rmse(part: &Picture, done: f64, coarse: Option<&Pict
 /// # Errors
 /// Where a picture is empty or incomplete.
 pub fn shown_rmse(first: &Picture, second: &Picture) -> Result<f64, CompareError> {
-    let light: Vec<f64> =
-        (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
+    let light = &*LIGHT_OF_BYTES;
     let size = second.requested_size;
-    accuracy::rmse(&sampled(first, size, &light)?, &sampled(second, size, &light)?)
+    accuracy::rmse(&sampled(first, size, light)?, &sampled(second, size, light)?)
 }
 
 /// What a picture that is enlarged linearly is thought to be off by for lack of pixels: RMSE over RGB,
@@ -63,8 +62,7 @@ pub fn sampling_rmse(size: [u32; 2], rgba: &[u8]) -> f64 {
 /// [`MOST_PIXELS`] pixels.
 pub(super) fn light_rms(background: Background, rgba: &[u8]) -> f64 {
     let behind = background.light().map_or([0.0; 3], |colour| colour.0);
-    let light: Vec<f64> =
-        (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
+    let light = &*LIGHT_OF_BYTES;
     let step = (rgba.len() / 4).div_ceil(MOST_PIXELS).max(1);
     let pixels = rgba.chunks_exact(4).step_by(step);
     let count = pixels.len().max(1) as f64;
@@ -85,8 +83,7 @@ fn detail_rmse(size: [u32; 2], rgba: &[u8], step: usize) -> f64 {
     if width < 4 || height < 4 || rgba.len() != width * height * 4 {
         return 0.0;
     }
-    let light: Vec<f64> =
-        (0..=255_u8).map(|byte| linear_from_srgb(f64::from(byte) / 255.0)).collect();
+    let light = &*LIGHT_OF_BYTES;
     // Pixels between the middles of the first and the last whole block.
     let middle = step / 2;
     let [columns, rows] = [width, height].map(|n| middle..=(n / step - 1) * step + middle);
