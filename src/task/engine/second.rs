@@ -149,6 +149,7 @@ impl Observer for Aside<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::colour::linear_from_srgb;
 
     #[test]
     fn the_greatest_difference_is_of_one_channel_in_linear_light_as_seen_over_black() {

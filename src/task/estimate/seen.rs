@@ -179,6 +179,7 @@ fn positions(shown: u32, stored: u32) -> Vec<(usize, usize, f64)> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::core::colour::linear_from_srgb;
     use crate::scene::Backend;
     use crate::task::engine::FrameReport;
     use crate::task::level::LevelOfDetail;
