@@ -10,12 +10,12 @@ use std::ops::RangeInclusive;
 
 use fearless_simd::{Simd, prelude::*};
 
-use super::landed::{Entry, Landed};
+use super::landed::{Entry, Landed, block_bit};
 use super::lanes::{Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::NOTHING;
 use super::lit_cells::Growths;
 use super::own::{Found, widen_border};
-use super::rays::{Packet, Rays, TILE};
+use super::rays::{Packet, Rays};
 use super::shapes::{Bent, Straight, cross};
 use super::solids::{Outer, Solid, Solids};
 use super::sums::Asked;
@@ -73,13 +73,11 @@ impl<'a, S: Simd> AlongSolids<'a, S> {
         (rays, at): (&Rays, [u32; 2]),
         (asked, of): (Asked, Growths<'a>),
     ) -> Self {
-        let corner = at.map(|n| n / TILE * TILE);
-        let block = (at[1] - corner[1]) / 2 * 2 + (at[0] - corner[0]) / 4;
         Self {
             cells,
             list: solids.on(at),
             outer: outer.on(at),
-            block: 1 << block,
+            block: block_bit(at),
             window: Window::new(asked, rays.step),
             ends: Ends::new(),
             values: [all(simd, NOTHING); FACES],

@@ -49,6 +49,13 @@ pub(super) struct Entry {
     pub depths: [f32; 2],
 }
 
+/// The bit in [`Entry::blocks`] of the block that begins at a pixel.
+#[inline(always)]
+pub(super) fn block_bit(pixel: [u32; 2]) -> u8 {
+    let [x, y] = pixel.map(|at| at % TILE);
+    1 << (y / BLOCK[1] * (TILE / BLOCK[0]) + x / BLOCK[0])
+}
+
 /// A thing about a place: its box's middle from the lattice's, and half its sides, in view space, pixels.
 pub(super) type Extent = [DVec3; 2];
 

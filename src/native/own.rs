@@ -8,7 +8,7 @@ use super::landed::Landed;
 use super::lanes::{Lanes, Mask, Vec3, all, choose};
 use super::rays::{Packet, Rays};
 use super::solids::Solids;
-use super::sums::{self, Asked, Sums};
+use super::sums::{self, Asked, Landing, Sums};
 use super::supports::NotBegun;
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::{Bounds, Kernel};
@@ -25,7 +25,7 @@ pub(super) enum Own {
 /// Where it lands in a picture.
 #[derive(Debug)]
 pub(super) enum OwnLanded {
-    Functions(Landed),
+    Functions(Landing),
     /// Solids, and outer faces.
     Cells([Landed; 2]),
 }

@@ -168,6 +168,12 @@ impl Rays {
         (screen, [depths[0] - SLACK, depths[1] + SLACK])
     }
 
+    /// Pixels of a plane at a depth that one of the picture shows.
+    #[inline(always)]
+    pub(super) fn scale_at(&self, depth: f32) -> f32 {
+        self.scale + self.growth * depth
+    }
+
     /// Tiles across and down.
     pub(super) fn tiles(&self) -> [u32; 2] {
         self.size.map(|n| n.div_ceil(TILE))

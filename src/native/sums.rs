@@ -3,13 +3,16 @@
 //!
 //! Along a ray a Gaussian is one again, exp(−(m + a τ²)/2): m is how near the ray comes, and τ the distance from there. At
 //! faces that lie evenly apart each value is the last one times a ratio, which itself shrinks by a constant ratio: two
-//! products a face, and no exponential.
+//! products a face, and no exponential. A function ends where φ has fallen to a value of its own, which is compared with φ.
+//!
+//! Where rays are parallel a is the function's, m is a square of its place on the screen, and τ begins at a depth that is
+//! linear in that ([`Seen`]).
 
 use fearless_simd::{Simd, prelude::*};
 
-use super::functions::{Functions, basis_of, covered, mean};
-use super::landed::{Entry, Landed};
-use super::lanes::{LANES, Lanes, Mask, all, any, choose, exponential, logarithm};
+use super::functions::{Functions, Summand, basis_of, covered, mean};
+use super::landed::{Entry, Landed, block_bit};
+use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose, exponential, logarithm};
 use super::own::{Found, no_border, widen_border};
 use super::rays::{Packet, Rays};
 use super::supports::NotBegun;
@@ -49,6 +52,75 @@ impl<S: Simd> Covered<S> {
     }
 }
 
+/// A function as a picture has it: right, up and depth, in pixels, from the middle of the picture.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    centre: [f32; 3],
+    /// What takes an offset (x, y, z) to one in widths, turned so that rays along z change its last part alone: the first is
+    /// `across[0]` x + `across[1]` y, the second `across[2]` y, the last `deep[0]` x + `deep[1]` y + `deep[2]` z.
+    across: [f32; 3],
+    deep: [f32; 3],
+    /// Of parallel rays: how the depth of the nearest place grows along x and y, and a, in steps.
+    tilt: [f32; 2],
+    a: f32,
+    /// exp(−a/2): what φ falls by in a step from the nearest place.
+    fall: f32,
+    /// The squared distance in widths at which it ends, and φ there.
+    reach: f32,
+    end: f32,
+    weight: f32,
+    height: f32,
+}
+
+impl Seen {
+    #[expect(clippy::cast_possible_truncation, reason = "rays have 32 bits")]
+    fn new(function: &Function, summand: &Summand, basis: Basis, rays: &Rays) -> Self {
+        let view: &View = &rays.view;
+        let middle = view.view_centre.truncate().extend(0.0);
+        let centre = middle + view.view_from_index * (function.centre - view.lattice_centre);
+        let widths = function.shape * view.view_from_index.inverse();
+        let depth = widths.z_axis.length();
+        let along = widths.z_axis.normalize_or_zero();
+        let [x, y] = [widths.x_axis, widths.y_axis].map(|axis| (axis, along.dot(axis)));
+        let [right, up] = [x, y].map(|(axis, share)| axis - along * share);
+        let first = right.normalize_or_zero();
+        let sideways = first.dot(up);
+        let square = (depth * f64::from(rays.step)).powi(2);
+        let reach = f64::from(summand.reach);
+        let end = match basis {
+            Basis::Gaussian | Basis::Ellipsoid => (-reach / 2.0).exp(),
+            Basis::Multiquadric => 1.0 / (1.0 + reach).sqrt(),
+        };
+        let narrow = |parts: [f64; 3]| parts.map(|part| part as f32);
+        Self {
+            centre: narrow(centre.to_array()),
+            across: narrow([right.length(), sideways, (up - first * sideways).length()]),
+            deep: narrow([x.1, y.1, depth]),
+            tilt: [x.1, y.1].map(|share| (-share / depth / f64::from(rays.step)) as f32),
+            a: square as f32,
+            fall: (-square / 2.0).exp() as f32,
+            reach: summand.reach,
+            end: end as f32,
+            weight: summand.weight,
+            height: summand.height,
+        }
+    }
+}
+
+/// Where functions land in a picture, and what they look like there.
+#[derive(Debug)]
+pub(super) struct Landing {
+    landed: Landed,
+    seen: Vec<Seen>,
+}
+
+impl Landing {
+    /// Bytes of memory.
+    pub(super) fn size_bytes(&self) -> u64 {
+        self.landed.size_bytes() + size_of_val(&self.seen[..]) as u64
+    }
+}
+
 /// Where the functions land in a picture.
 ///
 /// # Errors
@@ -57,8 +129,11 @@ pub(super) fn landed(
     functions: &Functions,
     rays: &Rays,
     ticket: &Ticket,
-) -> Result<Landed, NotBegun> {
+) -> Result<Landing, NotBegun> {
     let listed = &functions.listed;
+    let seen =
+        |i: usize| Seen::new(&listed.functions[i], &functions.all[i], functions.basis(), rays);
+    let seen = mapped(listed.functions.len(), A_RUN, seen, ticket)?;
     let extent = |i: usize| {
         let (function, reach): (&Function, f64) = (&listed.functions[i], listed.reaches[i]);
         let view: &View = &rays.view;
@@ -68,7 +143,8 @@ pub(super) fn landed(
         Some([middle, glam::DVec3::from(lengths) * reach.sqrt()])
     };
     let extents = mapped(listed.functions.len(), A_RUN, extent, ticket)?;
-    Landed::new((&extents, "basis functions"), (rays, None), ticket)
+    let landed = Landed::new((&extents, "basis functions"), (rays, None), ticket)?;
+    Ok(Landing { landed, seen })
 }
 
 /// What of a slab counts.
@@ -104,7 +180,11 @@ impl Asked {
 /// The values of eight rays, at some faces (middles, means) after one another.
 pub(super) struct Sums<'a, S: Simd> {
     functions: &'a Functions,
+    seen: &'a [Seen],
     list: &'a [Entry],
+    /// The block's bit in entries.
+    block: u8,
+    rays: &'a Rays,
     window: Window,
     ends: Ends<S>,
     values: [Lanes<S>; FACES + 1],
@@ -115,28 +195,43 @@ pub(super) struct Sums<'a, S: Simd> {
     borders: [[Lanes<S>; 4]; FACES],
 }
 
-/// A function along eight rays, lengths in steps: exp(−(near + a τ²)/2) or its like, as far as `half` on either side.
+/// A function along eight rays, lengths in steps: exp(−(near + a τ²)/2) or its like, τ from `middle`.
 #[derive(Clone, Copy)]
-struct Along<S: Simd> {
-    weight: f32,
-    height: f32,
+struct Along<'a, S: Simd> {
+    seen: &'a Seen,
     middle: Lanes<S>,
-    half: Lanes<S>,
     near: Lanes<S>,
     a: Lanes<S>,
+    /// exp(−a/2), of Gaussians.
+    fall: Lanes<S>,
+    /// Between which depths any ray meets it.
+    between: [f32; 2],
+}
+
+impl<S: Simd> Along<'_, S> {
+    /// How far on either side of the middle each ray meets it; less than 0 of those that do not.
+    #[inline(always)]
+    fn half(&self, simd: S) -> Lanes<S> {
+        let left = all(simd, self.seen.reach) - self.near;
+        let is_met = left.simd_ge(all(simd, 0.0));
+        choose(is_met, (choose(is_met, left, all(simd, 0.0)) / self.a).sqrt(), all(simd, -1.0))
+    }
 }
 
 impl<'a, S: Simd> Sums<'a, S> {
     #[inline(always)]
     pub(super) fn new(
         simd: S,
-        (functions, landed): (&'a Functions, &'a Landed),
-        (rays, at): (&Rays, [u32; 2]),
+        (functions, landing): (&'a Functions, &'a Landing),
+        (rays, at): (&'a Rays, [u32; 2]),
         asked: Asked,
     ) -> Self {
         Self {
             functions,
-            list: landed.on(at),
+            seen: &landing.seen,
+            list: landing.landed.on(at),
+            block: block_bit(at),
+            rays,
             window: Window::new(asked, rays.step),
             ends: Ends::new(),
             values: [all(simd, 0.0); FACES + 1],
@@ -183,40 +278,58 @@ impl<'a, S: Simd> Sums<'a, S> {
         found
     }
 
-    /// A function of the list, where any ray meets it between two depths.
+    /// A function of the list, where any ray meets it.
     #[inline(always)]
-    fn along(
-        &self,
-        simd: S,
-        packet: &Packet<S>,
-        entry: &Entry,
-        depths: [f32; 2],
-    ) -> Option<Along<S>> {
-        if entry.depths[1] < depths[0] || entry.depths[0] > depths[1] {
-            return None;
+    fn along(&self, simd: S, packet: &Packet<S>, seen: &'a Seen) -> Option<Along<'a, S>> {
+        let (reach, [x, y, depth]) = (all(simd, seen.reach), seen.centre);
+        let ([xx, xy, yy], [zx, zy, zz]) = (seen.across, seen.deep);
+        // Seen from its own depth: far from there the squares would leave few digits to their difference.
+        let grown = self.rays.scale_at(depth);
+        let [right, up] = [packet.screen[0] * grown - x, packet.screen[1] * grown - y];
+        let first = right.mul_add(all(simd, xx), up * xy);
+        let second = up * yy;
+        let per_step = 1.0 / self.window.step;
+        if self.rays.growth == 0.0 {
+            let near = first.mul_add(first, second * second);
+            let nearest = near.reduce_min();
+            if nearest >= seen.reach {
+                return None;
+            }
+            let [by_x, by_y] = seen.tilt;
+            let middle = right
+                .mul_add(all(simd, by_x), up.mul_add(all(simd, by_y), all(simd, depth * per_step)));
+            let half = ((seen.reach - nearest) / seen.a).sqrt();
+            // The block's rays are 4 × 2, a pixel apart.
+            let about = 0.5 * (middle[0] + middle[LANES - 1]);
+            let beyond = half + 1.5 * by_x.abs() + 0.5 * by_y.abs();
+            let between = [about - beyond, about + beyond];
+            let (a, fall) = (all(simd, seen.a), all(simd, seen.fall));
+            return Some(Along { seen, middle, near, a, fall, between });
         }
-        let function = &self.functions.all[entry.number as usize];
-        // From a place nearby: far from it the squares would leave few digits to their difference.
-        let begin = 0.5 * (entry.depths[0] + entry.depths[1]);
-        let from = function.widths(function.offset(packet.at(all(simd, begin))));
-        let direction = function.widths(packet.direction);
+        let [by_x, by_y] = packet.screen.map(|offset| offset * self.rays.growth);
+        let from = Vec3 { x: first, y: second, z: right.mul_add(all(simd, zx), up * zy) };
+        let direction = Vec3 {
+            x: by_x.mul_add(all(simd, xx), by_y * xy),
+            y: by_y * yy,
+            z: by_x.mul_add(all(simd, zx), by_y.mul_add(all(simd, zy), all(simd, zz))),
+        };
         let a = direction.dot(direction);
-        let inverse = all(simd, 1.0) / a;
-        let t = -(direction.dot(from)) * inverse;
+        let t = -(direction.dot(from)) / a;
         let nearest = from.at(direction, t);
         let near = nearest.dot(nearest);
-        let reach = all(simd, function.reach);
         let is_met = near.simd_lt(reach);
         if !any(is_met) {
             return None;
         }
-        let half = ((reach - near).max(all(simd, 0.0)) * inverse).sqrt() * (1.0 / self.window.step);
-        // What a ray does not meet reaches nowhere.
-        let half = choose(is_met, half, all(simd, -1.0));
-        let middle = (t + begin) * (1.0 / self.window.step);
+        let middle = (t + depth) * per_step;
         let a = a * (self.window.step * self.window.step);
-        let (weight, height) = (function.weight, function.height);
-        Some(Along { weight, height, middle, half, near, a })
+        let mut found = Along { seen, middle, near, a, fall: a, between: [0.0; 2] };
+        let (half, far) = (found.half(simd), all(simd, 1e9));
+        let low = choose(is_met, middle - half, far).reduce_min();
+        let high = choose(is_met, middle + half, -far).reduce_max();
+        found.between = [low, high];
+        found.fall = exponential(simd, a * -0.5);
+        Some(found)
     }
 
     /// Sums up at all faces that are to be there. Not inlined: few ask, and for many faces.
@@ -249,18 +362,21 @@ impl<'a, S: Simd> Sums<'a, S> {
         let beyond = if of_means { 0.0 } else { 1.0 };
         let depths = [first * step, (first + (count as f32 - beyond)) * step];
         let is_gaussian = self.functions.basis() != Basis::Multiquadric;
-        let list = self.list;
+        let (list, seen) = (self.list, self.seen);
         for entry in list {
-            let Some(along) = self.along(simd, packet, entry, depths) else { continue };
-            let is_met = along.half.simd_ge(all(simd, 0.0));
+            let is_before = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
+            if entry.blocks & self.block == 0 || is_before {
+                continue;
+            }
+            let Some(along) = self.along(simd, packet, &seen[entry.number as usize]) else {
+                continue;
+            };
             // Faces from the first one, that any ray meets.
-            let middle = along.middle - first;
-            let far = all(simd, 1e9);
-            let low = choose(is_met, middle - along.half, far).reduce_min();
-            let high = choose(is_met, middle + along.half, -far).reduce_max();
+            let [low, high] = along.between.map(|depth| depth - first);
             let low = if of_means { low.floor() } else { low.ceil() };
             let (low, high) = (low.max(0.0), high.floor().min((count - 1) as f32));
-            if low > high {
+            // Nor where it is no number.
+            if !(low <= high) {
                 continue;
             }
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
@@ -268,31 +384,27 @@ impl<'a, S: Simd> Sums<'a, S> {
             if of_means {
                 self.add_means(simd, packet, &along, [low, high]);
             } else if is_gaussian {
-                self.add_gaussian::<MEAN>(simd, (middle, &along), [low, high]);
+                self.add_gaussian::<MEAN>(simd, (along.middle - first, &along), [low, high]);
             } else {
-                self.add_each::<MEAN>(simd, (middle, &along), [low, high]);
+                self.add_each::<MEAN>(simd, (along.middle - first, &along), [low, high]);
             }
         }
     }
 
-    /// Adds what a function has at a face, φ for a mean and else φ times its weight, to the rays that it reaches there.
+    /// Adds what a function has at a face to the rays that it reaches there.
     #[inline(always)]
-    fn add<const MEAN: bool>(
-        &mut self,
-        simd: S,
-        i: usize,
-        (phi, within): (Lanes<S>, Mask<S>),
-        along: &Along<S>,
-    ) {
+    fn add<const MEAN: bool>(&mut self, simd: S, i: usize, phi: Lanes<S>, seen: &Seen) {
+        let within = phi.simd_ge(all(simd, seen.end));
         if !MEAN {
-            self.values[i] += choose(within, phi, all(simd, 0.0));
+            let phi = choose(within, phi, all(simd, 0.0));
+            self.values[i] = phi.mul_add(all(simd, seen.weight), self.values[i]);
             return;
         }
-        let phi = choose(within, (phi - self.functions.end()) * along.height, all(simd, 0.0));
+        let phi = choose(within, (phi - self.functions.end()) * seen.height, all(simd, 0.0));
         self.coverages[i] += phi;
-        if along.height >= 0.0 {
+        if seen.height >= 0.0 {
             self.totals[i] += phi;
-            self.values[i] += phi * along.weight;
+            self.values[i] = phi.mul_add(all(simd, seen.weight), self.values[i]);
         }
     }
 
@@ -406,16 +518,14 @@ impl<'a, S: Simd> Sums<'a, S> {
     fn add_each<const MEAN: bool>(
         &mut self,
         simd: S,
-        (middle, along): (Lanes<S>, &Along<S>),
+        (middle, along): (Lanes<S>, &Along<'_, S>),
         [low, high]: [usize; 2],
     ) {
         for i in low..=high {
             let off = middle - i as f32;
             let square = (off * off).mul_add(along.a, along.near);
             let phi = basis_of(simd, self.functions.basis(), square);
-            let phi = if MEAN { phi } else { phi * along.weight };
-            let within = off.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (phi, within), along);
+            self.add::<MEAN>(simd, i, phi, along.seen);
         }
     }
 
@@ -424,50 +534,39 @@ impl<'a, S: Simd> Sums<'a, S> {
     fn add_gaussian<const MEAN: bool>(
         &mut self,
         simd: S,
-        (middle, along): (Lanes<S>, &Along<S>),
+        (middle, along): (Lanes<S>, &Along<'_, S>),
         [low, high]: [usize; 2],
     ) {
-        let (zero, half) = (all(simd, 0.0), all(simd, 0.5));
-        let is_met = along.half.simd_ge(zero);
+        let (zero, seen) = (all(simd, 0.0), along.seen);
+        let is_met = along.near.simd_lt(all(simd, seen.reach));
         // About the middle of the first ray that meets it: those of the others lie near, or products go too far down a flank.
         let first = is_met.to_bitmask().trailing_zeros() as usize % LANES;
         let begin = middle[first].round().clamp(low as f32, high as f32);
         let off = all(simd, begin) - middle;
         let slope = off * along.a;
-        let flank = choose(is_met, off * slope, zero);
-        if any(flank.simd_gt(all(simd, 2.0 * STEEPEST))) {
+        let square = off * slope;
+        if any(is_met & square.simd_gt(all(simd, 2.0 * STEEPEST))) {
             // Rays that meet it at far-away depths.
             return self.add_each::<MEAN>(simd, (middle, along), [low, high]);
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
         let begin = begin as usize;
-        let square = off.mul_add(slope, along.near);
-        let mut start = exponential(simd, square * -0.5);
-        if !MEAN {
-            start *= along.weight;
-        }
-        let shrinking = exponential(simd, -along.a);
-        // What rays that do not meet it have is left out, whatever it is.
-        let up = exponential(simd, along.a.mul_add(-half, -slope));
-        let (mut value, mut ratio, mut place) = (start, up, off);
+        // Rays that do not meet it have nothing of it, whatever their ratios are.
+        let start = choose(is_met, exponential(simd, (square + along.near) * -0.5), zero);
+        let shrinking = along.fall * along.fall;
+        let growth = exponential(simd, -slope);
+        let (mut value, mut ratio) = (start, along.fall * growth);
         for i in begin..=high {
-            let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (value, within), along);
+            self.add::<MEAN>(simd, i, value, seen);
             value *= ratio;
             ratio *= shrinking;
-            place += 1.0;
         }
-        if low == begin {
-            return;
-        }
-        let mut ratio = exponential(simd, along.a.mul_add(-half, slope));
-        let (mut value, mut place) = (start * ratio, off - 1.0);
+        let mut ratio = along.fall / growth;
+        let mut value = start * ratio;
         for i in (low..begin).rev() {
             ratio *= shrinking;
-            let within = place.abs().simd_le(along.half);
-            self.add::<MEAN>(simd, i, (value, within), along);
+            self.add::<MEAN>(simd, i, value, seen);
             value *= ratio;
-            place -= 1.0;
         }
     }
 
@@ -477,45 +576,59 @@ impl<'a, S: Simd> Sums<'a, S> {
         &mut self,
         simd: S,
         packet: &Packet<S>,
-        along: &Along<S>,
+        along: &Along<'_, S>,
         [low, high]: [usize; 2],
     ) {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
-        let is_met = along.half.simd_gt(zero);
-        let half = choose(is_met, along.half, zero);
-        // The integral is `height` times a function of `scale` times the distance.
-        let (height, scale) = match self.functions.basis() {
-            Basis::Gaussian | Basis::Ellipsoid => {
-                // ∫ exp(−a τ²/2) dτ = √(π/2a) erf(√(a/2) τ).
-                let scale = (along.a * 0.5).sqrt();
-                let height = exponential(simd, choose(is_met, along.near * -0.5, zero));
-                (height / scale * (0.5 * std::f32::consts::PI.sqrt()), scale)
-            }
-            Basis::Multiquadric => {
-                // ∫ 1/√(c + a τ²) dτ = asinh(τ √(a/c))/√a, c = 1 + m.
-                let speed = along.a.sqrt();
-                (one / speed, speed / (along.near + 1.0).sqrt())
-            }
-        };
-        let height = choose(is_met, height * along.weight, zero);
-        let (first, step) = (self.window.first(), self.window.step);
+        let half = along.half(simd);
+        let is_met = half.simd_gt(zero);
+        let half = choose(is_met, half, zero);
         let is_gaussian = self.functions.basis() != Basis::Multiquadric;
-        let integral = |i: usize| {
-            let t = face(simd, packet, first + i.cast_signed() as i32, step) * (1.0 / step);
-            let off = (t - along.middle).max(-half).min(half) * scale;
-            let share = if is_gaussian { erf(simd, off) } else { area_sine(simd, off) };
-            (t, share)
+        // The integral is `height` times a function of `scale` times the distance.
+        let (height, scale) = if is_gaussian {
+            // ∫ exp(−a τ²/2) dτ = √(π/2a) erf(√(a/2) τ).
+            let scale = (along.a * 0.5).sqrt();
+            let height = exponential(simd, choose(is_met, along.near * -0.5, zero));
+            (height / scale * (0.5 * std::f32::consts::PI.sqrt()), scale)
+        } else {
+            // ∫ 1/√(c + a τ²) dτ = asinh(τ √(a/c))/√a, c = 1 + m.
+            let speed = along.a.sqrt();
+            (one / speed, speed / (along.near + 1.0).sqrt())
         };
-        let mut before = integral(low);
+        let height = choose(is_met, height * along.seen.weight, zero);
+        let first = self.window.first();
+        let mut depth = self.depth_of(simd, packet, first, low);
+        let mut integral = integral(simd, is_gaussian, (depth, along.middle), (half, scale));
         for i in low..=high {
-            let here = integral(i + 1);
-            let length = here.0 - before.0;
+            let next = self.depth_of(simd, packet, first, i + 1);
+            let beyond = self::integral(simd, is_gaussian, (next, along.middle), (half, scale));
+            let length = next - depth;
             let has_length = length.simd_gt(zero);
-            let mean = (here.1 - before.1) * height / choose(has_length, length, one);
+            let mean = (beyond - integral) * height / choose(has_length, length, one);
             self.values[i] += choose(has_length, mean, zero);
-            before = here;
+            (depth, integral) = (next, beyond);
         }
     }
+
+    /// Where a face lies along rays, in steps.
+    #[inline(always)]
+    fn depth_of(&self, simd: S, packet: &Packet<S>, first: i32, i: usize) -> Lanes<S> {
+        #[expect(clippy::cast_possible_truncation, reason = "0..=32")]
+        let number = first + i.cast_signed() as i32;
+        face(simd, packet, number, self.window.step) * (1.0 / self.window.step)
+    }
+}
+
+/// The integral of a function from its middle to a depth, no farther than it reaches, over its height.
+#[inline(always)]
+fn integral<S: Simd>(
+    simd: S,
+    is_gaussian: bool,
+    (depth, middle): (Lanes<S>, Lanes<S>),
+    (half, scale): (Lanes<S>, Lanes<S>),
+) -> Lanes<S> {
+    let off = (depth - middle).max(-half).min(half) * scale;
+    if is_gaussian { erf(simd, off) } else { area_sine(simd, off) }
 }
 
 /// Where a face lies along rays: at the borders of the lattice they are clipped.
