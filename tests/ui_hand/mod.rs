@@ -465,7 +465,7 @@ fn an_extent_belongs_to_its_file_and_a_kernel_is_a_habit() {
     let splat = |bench: &Bench| bench.window().scene().expect("open").splat;
     let natural = splat(&bench).extent;
     bench.set_slider("Extent", 1.6);
-    bench.choose("Kernel", "Cubic B-spline");
+    bench.choose("Kernel", "Linear");
     bench.settle();
     assert_ne!(splat(&bench).extent, natural);
     let kernel = splat(&bench).kernel;

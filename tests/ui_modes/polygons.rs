@@ -222,7 +222,7 @@ fn streamlines_and_arrows_in_opaque_matter_fade_it_and_say_so() {
         shown.iter().find(|notice| notice.text.contains("would hide")).map(|n| n.text.clone())
     };
     for (button, name) in [("Make streamlines", "streamlines"), ("Make arrows", "arrows")] {
-        let thin = made_in(0.001, button);
+        let thin = made_in(0.005, button);
         assert!(!thin.window().scene().expect("open").is_faded(), "{name}");
         assert_eq!(told(&thin), None, "{name}");
         let mut dense = made_in(1.0, button);
