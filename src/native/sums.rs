@@ -306,7 +306,8 @@ impl<'a, S: Simd> Sums<'a, S> {
             let (a, fall) = (all(simd, seen.a), all(simd, seen.fall));
             return Some(Along { seen, middle, near, a, fall, between });
         }
-        let [by_x, by_y] = packet.screen.map(|offset| offset * self.rays.growth);
+        let growth = self.rays.growth;
+        let [by_x, by_y] = [packet.screen[0] * growth, packet.screen[1] * growth];
         let from = Vec3 { x: first, y: second, z: right.mul_add(all(simd, zx), up * zy) };
         let direction = Vec3 {
             x: by_x.mul_add(all(simd, xx), by_y * xy),
@@ -372,7 +373,7 @@ impl<'a, S: Simd> Sums<'a, S> {
                 continue;
             };
             // Faces from the first one, that any ray meets.
-            let [low, high] = along.between.map(|depth| depth - first);
+            let [low, high] = [along.between[0] - first, along.between[1] - first];
             let low = if of_means { low.floor() } else { low.ceil() };
             let (low, high) = (low.max(0.0), high.floor().min((count - 1) as f32));
             // Nor where it is no number.
