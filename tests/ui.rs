@@ -463,7 +463,7 @@ fn tiny_windows_keep_their_menus_and_the_picture() {
     assert!(!bench.shows("Time against error"));
     let viewport = bench.viewport();
     assert!(viewport.width() > 190.0 && viewport.height() > 40.0, "{viewport:?}");
-    let menus = ["File", "Edit", "View", "Help"];
+    let menus = ["File", "Edit", "View", "Camera", "Help"];
     let menus =
         menus.map(|name| bench.harness.get_all_by_label(name).next().expect("a menu").rect());
     for pair in menus.windows(2) {

@@ -68,20 +68,13 @@ impl Action {
             SavePicture
                 | LoadTransfer
                 | Quit
-                | Converge
+                | RollLeft
+                | ToggleProjection
+                | ResetView
                 | ToggleScalarBar
                 | ToggleCells
                 | ToggleSidePanel
                 | ToggleCompare
-        )
-    }
-
-    /// Whether it looks from another side.
-    pub fn is_direction(self) -> bool {
-        use Action::*;
-        matches!(
-            self,
-            ViewFront | ViewBack | ViewLeft | ViewRight | ViewTop | ViewBottom | ViewIsometric
         )
     }
 }
@@ -93,6 +86,7 @@ pub enum Menu {
     File,
     Edit,
     View,
+    Camera,
     Help,
 }
 
@@ -236,76 +230,76 @@ pub const ACTIONS: [Entry; 49] = [
         None,
         "Take opacities and colours from the clipboard (Ctrl+V)",
     ),
-    entry(Action::ViewFront, Menu::View, "Front", plain(Key::Num1), "Look at the front"),
-    entry(Action::ViewBack, Menu::View, "Back", command(Key::Num1), "Look at the back"),
+    entry(Action::ViewFront, Menu::Camera, "Front", plain(Key::Num1), "Look at the front"),
+    entry(Action::ViewBack, Menu::Camera, "Back", command(Key::Num1), "Look at the back"),
     entry(
         Action::ViewRight,
-        Menu::View,
+        Menu::Camera,
         "Right",
         plain(Key::Num3),
         "Look at the right side: of a patient the patient's own",
     ),
     entry(
         Action::ViewLeft,
-        Menu::View,
+        Menu::Camera,
         "Left",
         command(Key::Num3),
         "Look at the left side: of a patient the patient's own",
     ),
-    entry(Action::ViewTop, Menu::View, "Top", plain(Key::Num7), "Look from above"),
-    entry(Action::ViewBottom, Menu::View, "Bottom", command(Key::Num7), "Look from below"),
+    entry(Action::ViewTop, Menu::Camera, "Top", plain(Key::Num7), "Look from above"),
+    entry(Action::ViewBottom, Menu::Camera, "Bottom", command(Key::Num7), "Look from below"),
     entry(
         Action::ViewIsometric,
-        Menu::View,
+        Menu::Camera,
         "Isometric",
         plain(Key::Num9),
         "Look from the front, the right and above at once",
     ),
     entry(
         Action::RollLeft,
-        Menu::View,
+        Menu::Camera,
         "Roll left",
         plain(Key::Num4),
         "Turn the picture a quarter to the left",
     ),
     entry(
         Action::RollRight,
-        Menu::View,
+        Menu::Camera,
         "Roll right",
         plain(Key::Num6),
         "Turn the picture a quarter to the right",
     ),
     entry(
         Action::TurnUpsideDown,
-        Menu::View,
+        Menu::Camera,
         "Turn upside down",
         plain(Key::Num8),
         "Swap up and down, in this view and in all others: for data that stand on their head",
     ),
     entry(
         Action::ToggleProjection,
-        Menu::View,
+        Menu::Camera,
         "Perspective",
         plain(Key::Num5),
         "What is near looks larger; switched off, rays are parallel (orthographic)",
     ),
     entry(
         Action::ResetView,
-        Menu::View,
+        Menu::Camera,
         "Reset view",
         plain(Key::Enter),
         "Show all that can be seen, as when it was opened",
     ),
     entry(
         Action::PreviousView,
-        Menu::View,
+        Menu::Camera,
         "Previous view",
         alternate(Key::ArrowLeft),
         "Look again from where you looked before; nothing else changes",
     ),
     entry(
         Action::NextView,
-        Menu::View,
+        Menu::Camera,
         "Next view",
         alternate(Key::ArrowRight),
         "Look from where you looked before you went back",

@@ -58,13 +58,6 @@ pub fn with_other_projection(camera: &Camera, view_angle_deg: f64) -> Camera {
     Camera { projection, ..*camera }
 }
 
-/// The camera turned to a named view, focal point, scale and projection kept.
-pub fn turned_to(camera: &Camera, view: NamedView, orientation: Orientation) -> Camera {
-    let (direction, up) = view.direction_and_up(orientation);
-    let turned = Camera::new(camera.focal_point, direction, up, camera.parallel_scale);
-    Camera { projection: camera.projection, ..turned }
-}
-
 /// The camera moved so that the focal-plane point under `pixel` comes to the centre.
 pub fn recentred(camera: &Camera, pixel: DVec2, size: [f64; 2]) -> Camera {
     let to_centre = DVec2::new(size[0] / 2.0, size[1] / 2.0) - pixel;

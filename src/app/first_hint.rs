@@ -1,5 +1,7 @@
 //! What is said over the picture of the first volume that somebody opens: how to take hold of it, and where the keys are.
 
+use std::time::Duration;
+
 use eframe::egui::{
     Color32, CornerRadius, Label, Pos2, Rect, RichText, TextWrapMode, Ui, UiBuilder, vec2,
 };
@@ -15,12 +17,16 @@ const FEW_WIDTH: f32 = 210.0;
 const HEIGHT: f32 = 30.0;
 /// Its distance from the lower edge, points: over the scale bar, which may stand beside it.
 const ABOVE: f32 = 44.0;
+/// Seconds after which it goes by itself: it lies over the picture.
+const SHOWN_SECS: f64 = 15.0;
 /// Seconds that it takes to go.
 const FADE_SECS: f64 = 0.8;
 
-/// The hint. It is there until the first drag, and never again.
+/// The hint. It is there for a while in each run until the first drag, and never again.
 #[derive(Debug, Default)]
 pub(super) struct FirstHint {
+    /// When it was first seen in this run.
+    shown_since: Option<f64>,
     /// When the picture was taken hold of.
     fades_since: Option<f64>,
 }
@@ -29,24 +35,24 @@ impl FirstHint {
     /// The picture was taken hold of: who does that `knows` it from now on, in later runs, too.
     pub(super) fn taken(&mut self, knows: &mut bool, now_secs: f64) {
         if !*knows {
+            self.fades_since = (self.opacity(false, now_secs) > 0.0).then_some(now_secs);
             *knows = true;
-            self.fades_since = Some(now_secs);
         }
     }
 
     /// How much of it is seen, 0..=1.
     fn opacity(&self, knows: bool, now_secs: f64) -> f32 {
-        match self.fades_since {
-            _ if !knows => 1.0,
-            #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
-            Some(since) => (1.0 - (now_secs - since) / FADE_SECS).clamp(0.0, 1.0) as f32,
-            None => 0.0,
-        }
+        let by_itself = self.shown_since.map(|since| since + SHOWN_SECS);
+        let goes_at = if knows { self.fades_since } else { by_itself.or(Some(now_secs)) };
+        #[expect(clippy::cast_possible_truncation, reason = "0..=1")]
+        goes_at.map_or(0.0, |at| (1.0 - (now_secs - at) / FADE_SECS).clamp(0.0, 1.0) as f32)
     }
 
     /// Draws it at the lower edge of the viewport. The hand goes through it.
     pub(super) fn show(&mut self, ui: &mut Ui, viewport: Rect, knows: bool) {
-        let opacity = self.opacity(knows, ui.ctx().time());
+        let now = ui.ctx().time();
+        let shown_since = *self.shown_since.get_or_insert(now);
+        let opacity = self.opacity(knows, now);
         if opacity == 0.0 {
             self.fades_since = None;
             return;
@@ -56,8 +62,12 @@ impl FirstHint {
             room if room >= FEW_WIDTH => (FEW_WORDS, FEW_WIDTH),
             _ => return,
         };
-        if opacity < 1.0 {
-            ui.ctx().request_repaint();
+        match opacity {
+            1.0 => {
+                let left = (shown_since + SHOWN_SECS - now).max(0.0);
+                ui.ctx().request_repaint_after(Duration::from_secs_f64(left));
+            }
+            _ => ui.ctx().request_repaint(),
         }
         let middle = Pos2::new(viewport.center().x, viewport.bottom() - ABOVE);
         let rect = Rect::from_center_size(middle, vec2(width, HEIGHT));
@@ -91,5 +101,12 @@ mod tests {
             "a second drag makes it last no longer"
         );
         assert_eq!(FirstHint::default().opacity(true, 0.0), 0.0, "in a later run");
+    }
+
+    #[test]
+    fn it_goes_by_itself_after_a_while() {
+        let hint = FirstHint { shown_since: Some(5.0), fades_since: None };
+        assert_eq!(hint.opacity(false, 5.0 + SHOWN_SECS), 1.0);
+        assert_eq!(hint.opacity(false, 5.0 + SHOWN_SECS + 1.01 * FADE_SECS), 0.0);
     }
 }

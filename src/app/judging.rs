@@ -41,10 +41,10 @@ impl Window {
         let (points, is_old) = self.measuring.points();
         let state = self.measuring.state();
         let second = modes::with_unit_distance_of(self.compare.second, &scene.splat);
-        let of_mesh = scene.volume().and_then(|volume| SplatSettings::of_cells_or_points(volume));
+        let first_look = self.document.as_ref().map(|document| document.first_look.splat);
         let default = match scene.splat.kernel {
             Kernel::Functions => SplatSettings::FUNCTIONS,
-            _ => of_mesh.unwrap_or_default(),
+            _ => first_look.unwrap_or_default(),
         };
         let marks = Marks {
             default,

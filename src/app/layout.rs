@@ -95,7 +95,11 @@ impl Window {
             });
             let steps = self.step_words();
             ui.menu_button("Edit", |ui| edit_menu_ui(ui, &steps, &mut chosen));
-            ui.menu_button("View", |ui| self.view_menu_ui(ui, &mut chosen));
+            ui.menu_button("View", |ui| {
+                let is_there = |action| action != Action::ShowVectors || self.has_hidden_vectors();
+                self.menu_entries_ui(ui, Menu::View, is_there, &mut chosen);
+            });
+            ui.menu_button("Camera", |ui| self.camera_menu_ui(ui, &mut chosen));
             ui.menu_button("Help", |ui| {
                 self.menu_entries_ui(ui, Menu::Help, |_| true, &mut chosen);
             });
@@ -148,16 +152,14 @@ impl Window {
         chosen
     }
 
-    /// The directions to look from in a menu of their own, then the rest.
-    fn view_menu_ui(&mut self, ui: &mut Ui, chosen: &mut Option<Action>) {
-        ui.menu_button(indented("Look from"), |ui| {
-            self.menu_entries_ui(ui, Menu::View, Action::is_direction, chosen);
-        });
+    /// Where the picture is looked at from, and which axis is up.
+    fn camera_menu_ui(&mut self, ui: &mut Ui, chosen: &mut Option<Action>) {
+        self.menu_entries_ui(ui, Menu::Camera, |_| true, chosen);
         let told = self.document.as_ref().map(view::Told::of).unwrap_or_default();
         if let Some(scene) = &mut self.scene {
+            ui.separator();
             view::up_menu_ui(ui, indented("Up axis"), scene, told);
         }
-        self.menu_entries_ui(ui, Menu::View, |action| !action.is_direction(), chosen);
     }
 
     /// The commands of one menu that `stands` there, ticked where they are on; `chosen` is the one that was
@@ -176,9 +178,10 @@ impl Window {
             }
             let is_on = self.is_on(entry.action);
             // Menus with ticks have room for one before each name.
-            let room = if menu == Menu::View { vec2(TICK, TICK) } else { Vec2::ZERO };
             let mut button = match menu {
-                Menu::View => Button::new((Atom::custom(tick, room), entry.name)),
+                Menu::View | Menu::Camera => {
+                    Button::new((Atom::custom(tick, vec2(TICK, TICK)), entry.name))
+                }
                 _ => Button::new(entry.name),
             };
             if let Some(shortcut) = &entry.shortcut {
@@ -310,7 +313,8 @@ impl Window {
             compare::compare_ui(ui, compare, &mut scene.splat);
             let volume = scene.volume().map(Arc::clone);
             let is_offered = move |kernel| volume.as_ref().is_some_and(|v| offers(v, kernel));
-            let of_field = (scene.own_unit_distance(), is_offered);
+            let slabs = document.first_look.splat.slabs_per_voxel;
+            let of_field = (scene.own_unit_distance(), slabs, is_offered);
             if compare.on && compare.edits_second {
                 // The unit distance is one for both.
                 let mut second = modes::with_unit_distance_of(compare.second, &scene.splat);
@@ -388,6 +392,7 @@ impl Window {
         if self.viewport.fade(now_secs).is_some() {
             ui.ctx().request_repaint();
         }
+        let mut turned = None;
         if let Some(scene) = &mut self.scene {
             let (volume, bells) = (scene.volume().map(Arc::clone), &mut self.gaussians);
             let projects = scene.inside.along != AlongRay::Composite;
@@ -417,8 +422,7 @@ impl Window {
             annotations::paint(ui.painter(), area, &layout.primitives);
             self.left_out = layout.left_out;
             let (letters, seen) = (axis_letters(space), (&scene.camera, orientation));
-            let turned = trihedron_ui(ui, area, &layout.axis_ends, letters, seen);
-            scene.camera = turned.unwrap_or(scene.camera);
+            turned = trihedron_ui(ui, area, &layout.axis_ends, letters, seen);
             self.cells.show(ui, area, scene, &response);
             if self.clip.shows_box && Inside::is_shown_by(&scene.splat) {
                 self.box_handles.show(ui, area, scene);
@@ -441,12 +445,16 @@ impl Window {
                 None => {}
             }
         }
+        if let Some(view) = turned {
+            self.fit(view);
+        }
         if self.shows_nothing() {
             nothing_ui(ui, area.rect);
         }
         let is_open = self.scene.is_some() && !self.is_loading();
         waiting_ui(ui, area.rect, is_open && self.viewport.picture().is_none());
-        if self.scene.is_some() && !self.is_loading() {
+        // The probe has notices where the hint would lie.
+        if self.scene.is_some() && !self.is_loading() && !self.probing.is_on() {
             self.first_hint.show(ui, area.rect, self.settings.knows_drag);
         }
         self.comparison_ui(ui, area, beside.as_ref());

@@ -326,8 +326,8 @@ impl Window {
                 }
                 if !loading.others.is_empty() {
                     self.notices.note(format!(
-                        "One volume is open at a time; under File, Open recent: {}. The surface of a file of \
-                         cells is embedded by Add polygons…",
+                        "One volume is open at a time; under File, Open recent: {}. Add labels… shows a segmentation over \
+                         the volume, Add polygons… the surface of a file of cells",
                         loading.others.join(", ")
                     ));
                 }

@@ -14,6 +14,7 @@ use crate::scene::{AlongRay, Scene, axis_letters};
 use crate::task::probe::{
     Answer, FIRST_SEEN, Look, Met, Point, ProbedVector, Prober, Seen, VectorPlace,
 };
+use crate::transfer::Kind;
 
 /// Distance of the words from the viewport's left and top edges, and around them, points.
 const INSET: f32 = 12.0;
@@ -153,7 +154,13 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
             percent(answer.look.share)
         )),
         Ok(Seen::Point(point)) => {
-            let unit = words::value(answer.look.scene.opacity_unit_distance());
+            let volume = answer.look.scene.volume();
+            let kind = volume.map(|volume| Kind::of(&volume.statistics));
+            let unit = kind.and_then(Kind::unit).map(|unit| format!(" {unit}")).unwrap_or_default();
+            let is_name = kind == Some(Kind::Labels);
+            let length = volume.and_then(|volume| volume.unit.as_deref());
+            let over = answer.look.scene.opacity_unit_distance();
+            let lengths = length.unwrap_or(if over == 1.0 { "unit" } else { "units" });
             let Point { met, world, index, cell, value, gradient, opacity, vectors } = *point;
             let gathered = percent(answer.look.share);
             let mut rows = vec![("World", named(world, axis_letters(space)))];
@@ -163,11 +170,20 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
                         Some(cell) => ("Cell", cell.to_string()),
                         None => ("Index", named(index, ["i", "j", "k"])),
                     },
-                    ("Value", words::value(value)),
-                    ("Gradient", format!("{} a unit", words::value(gradient.length()))),
-                    ("", named(gradient, axis_letters(space))),
-                    ("Opacity", format!("{} in {unit} units", percent(opacity))),
+                    (
+                        if is_name { "Label" } else { "Value" },
+                        format!("{}{unit}", words::value(value)),
+                    ),
                 ]);
+                if !is_name {
+                    let slope = words::value(gradient.length());
+                    rows.extend([
+                        ("Gradient", format!("{slope}{unit} per {}", length.unwrap_or("unit"))),
+                        ("", named(gradient, axis_letters(space))),
+                    ]);
+                }
+                let over = format!("{} over {} {lengths}", percent(opacity), words::value(over));
+                rows.push(("Opacity", over));
             }
             if !answer.look.scene.shows_field() && value.is_finite() {
                 rows.push(("Value", words::value(value)));
@@ -189,7 +205,7 @@ pub fn answer_words(answer: &Answer, space: Option<&str>) -> Vec<(&'static str, 
 
 /// In or on what a point is, and why it is this one.
 fn met_words(met: Met, gathered: &str) -> String {
-    let where_gathered = |on: &str| format!("{on} the ray has gathered {gathered} opacity");
+    let where_gathered = |on: &str| format!("{on} opacity along the ray reaches {gathered}");
     match met {
         Met::Matter => where_gathered("Where"),
         Met::Vectors => where_gathered("Among vectors, where"),

@@ -3,7 +3,6 @@
 use eframe::egui::{Align2, CursorIcon, FontId, Rect, Sense, Stroke, Ui, Vec2, vec2};
 use glam::DVec3;
 
-use super::camera_control::turned_to;
 use super::theme;
 use super::viewport::PixelArea;
 use crate::core::Camera;
@@ -23,7 +22,7 @@ pub(super) fn trihedron_ui(
     ends: &[AxisEnd],
     letters: [&'static str; 3],
     (camera, orientation): (&Camera, Orientation),
-) -> Option<Camera> {
+) -> Option<NamedView> {
     let points_per_pixel = area.rect.width() / area.size[0] as f32;
     let place = |end: &AxisEnd| {
         let at = end.at.as_vec2();
@@ -64,8 +63,7 @@ pub(super) fn trihedron_ui(
             false => format!("Click to look from {name}"),
         };
         if hand.on_hover_text(words).clicked() {
-            let view = NamedView::from_axis(from, orientation);
-            chosen = view.map(|view| turned_to(camera, view, orientation));
+            chosen = NamedView::from_axis(from, orientation);
         }
     }
     chosen

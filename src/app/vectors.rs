@@ -154,6 +154,12 @@ impl Window {
         }
     }
 
+    /// Whether the file has vectors that are not shown.
+    pub(super) fn has_hidden_vectors(&self) -> bool {
+        let has_any = self.document.as_ref().is_some_and(Document::has_vectors);
+        has_any && self.scene.as_ref().is_some_and(|scene| scene.vectors().is_empty())
+    }
+
     /// Puts vectors that are ready into the scene.
     pub(super) fn take_vectors(&mut self) {
         let Some((is_second, ended)) =

@@ -306,13 +306,13 @@ impl Window {
             Action::Redo => self.step(ctx, false),
             Action::PreviousView => self.step_view(ctx, true),
             Action::NextView => self.step_view(ctx, false),
-            Action::ViewFront => self.look(NamedView::Front),
-            Action::ViewBack => self.look(NamedView::Back),
-            Action::ViewLeft => self.look(NamedView::Left),
-            Action::ViewRight => self.look(NamedView::Right),
-            Action::ViewTop => self.look(NamedView::Top),
-            Action::ViewBottom => self.look(NamedView::Bottom),
-            Action::ViewIsometric => self.look(NamedView::Isometric),
+            Action::ViewFront => self.fit(NamedView::Front),
+            Action::ViewBack => self.fit(NamedView::Back),
+            Action::ViewLeft => self.fit(NamedView::Left),
+            Action::ViewRight => self.fit(NamedView::Right),
+            Action::ViewTop => self.fit(NamedView::Top),
+            Action::ViewBottom => self.fit(NamedView::Bottom),
+            Action::ViewIsometric => self.fit(NamedView::Isometric),
             Action::RollLeft => self.change_camera(|camera| camera.rolled(-FRAC_PI_2)),
             Action::RollRight => self.change_camera(|camera| camera.rolled(FRAC_PI_2)),
             Action::TurnUpsideDown => self.turn_upside_down(),
@@ -407,11 +407,6 @@ impl Window {
         if let Some(scene) = &mut self.scene {
             scene.camera = change(&scene.camera);
         }
-    }
-
-    fn look(&mut self, view: NamedView) {
-        let orientation = self.orientation();
-        self.change_camera(|camera| camera_control::turned_to(camera, view, orientation));
     }
 
     /// Which way round things are: as at the first look, with the axis up that was chosen.

@@ -62,6 +62,11 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// The unit of its values, where that is known.
+    pub fn unit(self) -> Option<&'static str> {
+        matches!(self, Self::Ct { zero: 0.0 }).then_some("HU")
+    }
+
     /// Whether they are of a scanner or a microscope, whose projections are shown in grey.
     pub fn is_of_scan(self) -> bool {
         matches!(self, Self::Ct { .. } | Self::EightBits | Self::WholeNumbers)

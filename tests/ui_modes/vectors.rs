@@ -192,22 +192,22 @@ fn a_second_field_has_a_look_of_its_own_and_is_undone() {
 fn opacity_is_by_place_or_by_the_scalar_field() {
     let mut bench = opened();
     let by_length = layer(&bench).settings.transfer.opacity;
-    bench.choose("Opaque by", "z");
+    bench.choose("Opacity by", "z");
     bench.settle();
     let found = layer(&bench).settings;
     let greatest = by_length.iter().map(|(_, a)| *a).fold(0.0, f64::max);
     assert_eq!(found.opacity_by, ColourBy::Z);
     // Of the places there are: 0 to 7 along z.
     assert_eq!(found.transfer.opacity, [(0.0, 0.0), (7.0, greatest)]);
-    bench.set_slider("Full from", 3.0);
+    bench.set_slider("Opaque from", 3.0);
     bench.settle();
     assert_eq!(layer(&bench).settings.transfer.opacity, [(0.0, 0.0), (3.0, greatest)]);
-    bench.choose("Opaque by", "Scalar field");
+    bench.choose("Opacity by", "Scalar field");
     bench.settle();
     let statistics = bench.window().scene().unwrap().volume().expect("a field").statistics.clone();
     let expected = [(statistics.min, 0.0), (statistics.max, greatest)];
     assert_eq!(layer(&bench).settings.transfer.opacity, expected);
-    bench.choose("Opaque by", "Length");
+    bench.choose("Opacity by", "Length");
     bench.settle();
     assert_eq!(layer(&bench).settings.transfer.opacity, by_length);
 }

@@ -47,7 +47,7 @@ fn pointing_at_the_picture_tells_what_is_there_and_is_no_step() {
             && value <= scene.volume().expect("a field").statistics.max + 1.0
     );
     let says = |part: &str| bench.harness.query_by_label_contains(part).is_some();
-    assert!(says("Probe: World x") && says("a unit") && says("gathered 10 %"));
+    assert!(says("Probe: World x") && says("per unit") && says("reaches 10 %"));
     // Beside the volume there is nothing, and it is said.
     bench.hover(bench.viewport().left_top() + vec2(3.0, 200.0));
     assert_eq!(answered(&mut bench), Seen::Beside);
@@ -104,7 +104,7 @@ fn surfaces_and_projections_are_pointed_at_as_the_picture_shows_them() {
     let Seen::Point(Point { met, .. }) = answered(&mut bench) else { panic!("it is seen") };
     let says = |bench: &Bench, part: &str| bench.harness.query_by_label_contains(part).is_some();
     assert_eq!(met, Met::Isosurface);
-    assert!(says(&bench, "On an isosurface, where the ray has gathered 10 %"));
+    assert!(says(&bench, "On an isosurface, where opacity along the ray reaches 10 %"));
     bench.choose("Rendering", "Maximum (MIP)");
     bench.hover(middle);
     let Seen::Point(Point { met, value, .. }) = answered(&mut bench) else { panic!("it is seen") };

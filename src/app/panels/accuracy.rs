@@ -318,14 +318,13 @@ fn record_ui(ui: &mut Ui, record: &EstimateRecord) {
 /// The record in one line.
 fn record_words(record: &EstimateRecord) -> String {
     match (record.count, record.spread_db()) {
-        (0, _) => "Quick pictures estimate their error: none has been compared with its finished picture yet".to_owned(),
+        (0, _) => "Estimates of quick pictures: none checked against its finished picture yet".to_owned(),
         (1, _) | (_, None) => format!(
-            "Quick pictures estimate their error: the one compared with its finished picture was {}",
+            "Estimates of quick pictures: the one checked against its finished picture was {}",
             off_words(record.mean_db)
         ),
         (count, Some(spread)) => format!(
-            "Quick pictures estimate their error: {count} compared with their finished pictures were {} on average, \
-             ± {spread:.1} dB",
+            "Estimates of quick pictures: {count} checked, {} on average, ± {spread:.1} dB",
             off_words(record.mean_db)
         ),
     }
@@ -409,16 +408,15 @@ mod tests {
         let mut record = EstimateRecord::default();
         assert_eq!(
             record_words(&record),
-            "Quick pictures estimate their error: none has been compared with its finished picture yet"
+            "Estimates of quick pictures: none checked against its finished picture yet"
         );
         record.add(-0.01);
-        let one = "Quick pictures estimate their error: the one compared with its finished picture was right";
+        let one = "Estimates of quick pictures: the one checked against its finished picture was right";
         assert_eq!(record_words(&record), one);
         record.add(3.0);
         assert_eq!(
             record_words(&record),
-            "Quick pictures estimate their error: 2 compared with their finished pictures were 1.5 dB too good on \
-             average, ± 2.1 dB"
+            "Estimates of quick pictures: 2 checked, 1.5 dB too good on average, ± 2.1 dB"
         );
     }
 }

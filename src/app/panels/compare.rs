@@ -30,8 +30,14 @@ pub fn compare_ui(ui: &mut Ui, compare: &mut Compare, first: &mut SplatSettings)
         );
     });
     row_ui(ui, "Amplify", |ui| {
+        // As it is shown, also where Fit chooses it.
+        let gain = f64::from(compare.gain());
+        let fits = compare.fits && compare.display == Display::Difference;
+        let shown = move |doublings: f64| if fits { gain } else { 2.0_f64.powf(doublings) };
         let slider = Slider::new(&mut compare.doublings, 0..=MOST_DOUBLINGS)
-            .custom_formatter(|doublings, _| format!("×{}", 2.0_f64.powf(doublings)))
+            .custom_formatter(move |doublings, _| {
+                format!("×{}", words::value((shown(doublings) * 10.0).round() / 10.0))
+            })
             .custom_parser(|text| {
                 let times: f64 = text.trim_start_matches('×').trim().parse().ok()?;
                 (times > 0.0).then(|| times.log2())

@@ -118,7 +118,7 @@ fn rows_ui(ui: &mut Ui, rows: &[Row]) {
         for (title, help) in [
             ("Effect", ""),
             ("On", "Whether the picture shown now has it"),
-            ("Switched on by, or where to", "What switched it on, or where that is done"),
+            ("Switched on by", "What switched it on; of an effect that is off, where to switch it on"),
             (
                 "Adds",
                 "How much longer the finished picture of this view takes than one without it, between \

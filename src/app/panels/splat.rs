@@ -23,15 +23,15 @@ const MOST_PER_CELL: u32 = 1024;
 /// The sheets on offer, per kernel.
 const SHEETS: std::ops::RangeInclusive<u32> = 1..=16;
 
-/// Every choice of a mode. `unit` is the distance over which opacities are given where nobody chose one, world units; `offers`
-/// tells which kernels the field can be drawn with.
+/// Every choice of a mode. `unit` is the distance over which opacities are given where nobody chose one, world units; `slabs` is how
+/// many a voxel has in a first look; `offers` tells which kernels the field can be drawn with.
 ///
 /// A choice that contradicts others takes them along; see [`modes::changed`]. What would only put samples in the place of
 /// cells, points or functions that are drawn as they are is left to the choice of the kernel.
 pub fn splat_ui(
     ui: &mut Ui,
     splat: &mut SplatSettings,
-    (unit, offers): (f64, impl Fn(Kernel) -> bool),
+    (unit, slabs, offers): (f64, f64, impl Fn(Kernel) -> bool),
 ) {
     let of_samples = splat.kernel.is_of_samples();
     if !modes::is_of_cells_or_points(splat) {
@@ -92,7 +92,7 @@ pub fn splat_ui(
             (words::visibility, pictures::visibility),
         );
     }
-    layers_ui(ui, splat, &mut chosen);
+    layers_ui(ui, splat, slabs, &mut chosen);
     if of_samples {
         let wide =
             |painter: &Painter, rect| pictures::extent(painter, rect, now.kernel, now.extent);
@@ -408,7 +408,7 @@ pub(super) fn combo_ui<T: Copy + PartialEq, W: Into<String>>(
 }
 
 /// How finely the volume is cut, where it is cut.
-fn layers_ui(ui: &mut Ui, splat: &SplatSettings, chosen: &mut ModeChoice) {
+fn layers_ui(ui: &mut Ui, splat: &SplatSettings, first: f64, chosen: &mut ModeChoice) {
     match splat.visibility {
         Visibility::EverySample => {}
         Visibility::Slabs => {
@@ -422,9 +422,8 @@ fn layers_ui(ui: &mut Ui, splat: &SplatSettings, chosen: &mut ModeChoice) {
                 if response.changed() {
                     chosen.slabs_per_voxel = Some(slabs);
                 }
-                let changed = splat.slabs_per_voxel != 1.0;
-                if reset_ui(ui, changed, reset, back) {
-                    chosen.slabs_per_voxel = Some(1.0);
+                if reset_ui(ui, splat.slabs_per_voxel != first, reset, back) {
+                    chosen.slabs_per_voxel = Some(first);
                 }
             });
         }
@@ -450,14 +449,14 @@ fn slabs_words(splat: &SplatSettings) -> [&'static str; 4] {
             "Each ray is cut into short steps, called slabs: so many in each voxel. More are slower and nearer to the exact \
              picture; twice as many leave about a quarter of the error",
             "Reset slabs per voxel",
-            "Back to one slab per voxel",
+            "Back to as many as the file was opened with",
         ],
         false => [
             "Slabs per sample",
             "Each ray is cut into short steps, called slabs: so many from one to the next of evenly spaced samples (Data tells \
              how many there are). More are slower and nearer to the exact picture",
             "Reset slabs per sample",
-            "Back to one slab per sample",
+            "Back to as many as the file was opened with",
         ],
     }
 }

@@ -70,7 +70,7 @@ fn opacity_ui(
         settings.transfer.opacity.iter().map(|(_, opacity)| *opacity).fold(0.0, f64::max)
     };
     let by = settings.opacity_by;
-    choice_ui(ui, names, "Opaque by", ColourBy::ALL, &mut settings.opacity_by, by_words);
+    choice_ui(ui, names, "Opacity by", ColourBy::ALL, &mut settings.opacity_by, by_words);
     let range = match settings.opacity_by {
         // Nothing is shorter than nothing.
         ColourBy::Magnitude => [0.0, field.statistics.max],
@@ -102,13 +102,13 @@ fn opacity_ui(
         false => "Vectors where it is less are transparent, and cost nothing",
     };
     let slider = Slider::new(&mut shown_from, least..=most).max_decimals(6).clamping(untouched);
-    changed |= slider_row(ui, "Shown from", &names.of("Shown from"), slider, help);
+    changed |= slider_row(ui, "Visible from", &names.of("Visible from"), slider, help);
     let help = match of_length {
         true => "Vectors of this length and longer have the greatest opacity",
         false => "Vectors where it is this much and more have the greatest opacity",
     };
     let slider = Slider::new(&mut full_from, least..=most).max_decimals(6).clamping(untouched);
-    changed |= slider_row(ui, "Full from", &names.of("Full from"), slider, help);
+    changed |= slider_row(ui, "Opaque from", &names.of("Opaque from"), slider, help);
     let slider = Slider::new(&mut opacity, 0.0..=1.0).max_decimals(3).clamping(untouched);
     let help = "The greatest opacity, of matter as thick as Opacity over, under Splats, says";
     changed |= slider_row(ui, "Opacity", &names.of("Vector opacity"), slider, help);

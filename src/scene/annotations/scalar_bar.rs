@@ -9,7 +9,7 @@ use crate::core::Srgb8;
 use crate::core::colour::srgb_from_linear;
 use crate::kernel::Kernel;
 use crate::scene::{AlongRay, Index, PolygonLayer, Scene, Shading, VectorLayer};
-use crate::transfer::{ColourSource, TransferFunction};
+use crate::transfer::{ColourSource, Kind, TransferFunction};
 use crate::vector::{ColourBy, VectorSettings};
 use crate::volume::ScalarVolume;
 
@@ -83,7 +83,10 @@ impl<'a> Legend<'a> {
         let table = scene.shading.reflection.as_ref().filter(|_| shown);
         let index = table.map_or(Index::Value, |table| table.index);
         let title = match index {
-            Index::Value => volume.name.clone(),
+            Index::Value => match Kind::of(&volume.statistics).unit() {
+                Some(unit) => format!("{}, {unit}", volume.name),
+                None => volume.name.clone(),
+            },
             Index::GradientStrength => format!("{}, gradient strength", volume.name),
             Index::GradientElevation => "gradient elevation, °".to_owned(),
             Index::GradientAzimuth => "gradient azimuth, °".to_owned(),
