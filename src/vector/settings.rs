@@ -183,14 +183,16 @@ impl VectorSettings {
             settings.transfer.opacity = vec![(half, 0.0), (most, 1.0)];
         }
         if top > half {
-            // What shows begins in the brighter half of the map, where no length less than the least is needed for that.
-            let range = [(half - 1.6 * (top - half)).max(lengths.min), top];
+            // What shows begins in the brighter half of the map, where no length less than the least is needed for that, and
+            // ends before its brightest, on which no mark is seen.
+            let range = [(half - 0.8 * (top - half)).max(lengths.min), top + 0.6 * (top - half)];
             settings.transfer.colour = ColourSource::Map { map: ColourMap::Plasma, range };
         }
         Self {
             coarser: coarser.unwrap_or(MOST_COARSER),
             extent: Some(1.0),
             stretch: 3.0,
+            mode: VectorMode::Blend,
             ..settings
         }
     }

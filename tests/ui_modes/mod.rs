@@ -163,7 +163,7 @@ fn the_status_line_says_what_the_picture_costs_and_is_off_by() {
     assert!(bench.shows("Finished · 12 ms · exact mode"));
     assert!(!bench.tells("dB") && !bench.tells("Drawn by"), "the rest waits for a click");
     bench.open_details();
-    assert!(bench.tells("Not found yet"));
+    assert!(bench.tells("Not checked yet"));
     assert!(bench.tells("estimated at 31.0 dB; against the full picture it had 30.0 dB"));
     assert!(bench.tells("peak signal-to-noise ratio") && bench.tells("Drawn by gradients (test)"));
     assert!(bench.tells("with code made for gradients (loop)"));
@@ -174,7 +174,7 @@ fn the_status_line_says_what_the_picture_costs_and_is_off_by() {
     press(&mut bench, "Classic splatting");
     assert!(bench.shows("Finished · 12 ms · approximate mode"));
     bench.open_details();
-    assert!(bench.tells("Not found yet"));
+    assert!(bench.tells("Not checked yet"));
 }
 
 #[test]

@@ -53,7 +53,7 @@ fn a_key_refines_the_view_until_it_converges_and_the_next_one_only_as_time_allow
     assert_eq!(converge_ms(&bench), 0.0);
     assert!(bench.shows("Finished · 12 ms · exact mode"));
     bench.open_details();
-    assert!(bench.tells("Not found yet") && !bench.tells(LEFT));
+    assert!(bench.tells("Not checked yet") && !bench.tells(LEFT));
 }
 
 #[test]

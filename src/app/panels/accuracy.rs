@@ -318,7 +318,9 @@ fn record_ui(ui: &mut Ui, record: &EstimateRecord) {
 /// The record in one line.
 fn record_words(record: &EstimateRecord) -> String {
     match (record.count, record.spread_db()) {
-        (0, _) => "Estimates of quick pictures: none checked against its finished picture yet".to_owned(),
+        (0, _) => {
+            "Estimates of quick pictures: none checked against its finished picture yet".to_owned()
+        }
         (1, _) | (_, None) => format!(
             "Estimates of quick pictures: the one checked against its finished picture was {}",
             off_words(record.mean_db)
@@ -411,7 +413,8 @@ mod tests {
             "Estimates of quick pictures: none checked against its finished picture yet"
         );
         record.add(-0.01);
-        let one = "Estimates of quick pictures: the one checked against its finished picture was right";
+        let one =
+            "Estimates of quick pictures: the one checked against its finished picture was right";
         assert_eq!(record_words(&record), one);
         record.add(3.0);
         assert_eq!(

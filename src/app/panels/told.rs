@@ -19,7 +19,8 @@ pub(super) const DECIBELS: &str = "dB says how near a picture is to the exact on
                                    difference; at 54 dB it is half of the least step that a display can show";
 
 /// Of a finished picture, until somebody knows.
-const NOT_FOUND: &str = "Not found yet: some of its pixels are drawn with thinner slabs once nothing else is to be drawn";
+const NOT_CHECKED: &str =
+    "Not checked yet: some of its pixels are drawn again with thinner slabs once there is time";
 
 /// How the engine stands, the time, and what that bought, on one line: `Finished · 0.2 s · exact mode`.
 /// `rate`: pictures a second of a moving view, where that is known.
@@ -309,7 +310,7 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
         let found = words::capital(&found_words(rmse, report));
         return match mode.visibility {
             _ if report.remaining_within_db > WITHIN_DB => format!(
-                "{found}, as such pictures mostly are: memory was too short to draw any of its pixels again"
+                "{found}, as is usual for such pictures: memory was too short to draw any of its pixels again"
             ),
             Visibility::Slabs => format!(
                 "{found} to the converged picture of this mode: found by drawing some of its pixels with twice and \
@@ -336,9 +337,9 @@ fn level_words(mode: &SplatSettings, measured: Option<&Measured>, report: &Frame
     match report.remaining_thought {
         Some(Told { rmse, within_db }) => {
             let thought = words::decibels_within(psnr_from_rmse(rmse), within_db);
-            format!("{}, as such pictures mostly are. {NOT_FOUND}", words::capital(&thought))
+            format!("{}, as is usual for such pictures. {NOT_CHECKED}", words::capital(&thought))
         }
-        None => NOT_FOUND.to_owned(),
+        None => NOT_CHECKED.to_owned(),
     }
 }
 
@@ -498,10 +499,10 @@ mod tests {
             "3 more of what is left then"
         );
         let exact = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
-        assert!(error_words(&exact).starts_with("Not found yet"));
+        assert!(error_words(&exact).starts_with("Not checked yet"));
         assert_eq!(at_rest(&exact), "Finished · 28 ms · exact mode");
         let classic = shown(LevelOfDetail::FULL, SplatSettings::SHADE_FIRST);
-        assert!(error_words(&classic).starts_with("Not found yet"));
+        assert!(error_words(&classic).starts_with("Not checked yet"));
         let with_rmse = |shown: &Shown, rmse| {
             let report = FrameReport { remaining_rmse: Some(rmse), ..shown.report.clone() };
             Shown { report, ..shown.clone() }
@@ -560,7 +561,7 @@ mod tests {
         assert_eq!(at_rest(&found), "Finished · 28 ms · converged, 80 ± 3 dB");
         assert!(error_words(&found).contains("(0.2 %). 80 ± 3 dB to the converged picture"));
         let full = with(None, 12_300.0, 1.0);
-        assert!(error_words(&full).starts_with("Not found yet"));
+        assert!(error_words(&full).starts_with("Not checked yet"));
         let left = left_words(&full.report, "R").unwrap();
         assert!(left.contains("would take about 12 s") && left.contains("press R"), "{left}");
         let on_the_way = with(Some(0.3), 800.0, 0.7);
