@@ -195,7 +195,8 @@ impl Rule {
             });
             // A part of the field, and a share of what is beside.
             let mut layer = |light: &mut Gathered<S>, colour: [f32; 3], amount: f32, share: f32| {
-                let [r, g, b, more] = kernels.map(|v| v * share);
+                let [r, g, b, more] = kernels;
+                let [r, g, b, more] = [r * share, g * share, b * share, more * share];
                 let sum = amount + more;
                 let (colour, amount) = if more > 0.0 {
                     let mixed = |c: usize, light: f32| (colour[c] * amount + light) / sum;

@@ -103,12 +103,13 @@ impl Masks {
         let (begin, length) = (self.first, self.length);
         let mut runs = [[0; 2]; 33];
         let mut count = 0;
-        let [x, y] = pixel.map(|n| (n / PATCH) as usize);
+        let [x, y] = [(pixel[0] / PATCH) as usize, (pixel[1] / PATCH) as usize];
         let mut word = self.words[y * self.across + x];
         while word != 0 {
             let low = word.trailing_zeros();
             let ones = (!(word >> low)).trailing_zeros().min(64 - low);
-            let [from, to] = [low, low + ones].map(|bit| begin + bit.cast_signed() * length);
+            let at = |bit: u32| begin + bit.cast_signed() * length;
+            let [from, to] = [at(low), at(low + ones)];
             let run = [from.max(first), (to - 1).min(last)];
             if run[0] <= run[1] {
                 runs[count] = run;

@@ -182,9 +182,10 @@ impl Rays {
     /// The rays of a block of 4 × 2 pixels, through the same place `part` (0..1, down) of each.
     #[inline(always)]
     pub(super) fn packet<S: Simd>(&self, simd: S, corner: [u32; 2], part: [f32; 2]) -> Packet<S> {
-        let half = self.size.map(|n| n as f32 / 2.0);
-        let across: [f32; LANES] = [0, 1, 2, 3, 0, 1, 2, 3].map(|i| i as f32);
-        let down: [f32; LANES] = [0, 0, 0, 0, 1, 1, 1, 1].map(|i| i as f32);
+        // No `map`: the compiler does not inline it here.
+        let half = [self.size[0] as f32 / 2.0, self.size[1] as f32 / 2.0];
+        let across: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
+        let down: [f32; LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
         let x = Lanes::load_array(simd, across) + (corner[0] as f32 + part[0] - half[0]);
         let y = all(simd, half[1] - corner[1] as f32 - part[1]) - Lanes::load_array(simd, down);
         let splat = |v| Vec3::splat(simd, v);

@@ -634,7 +634,7 @@ pub(super) fn write_block<S: Simd>(block: u32, sum: Look<S>, share: f32, out: &m
     for lane in 0..LANES {
         let at = first_of(block) + lane / 4 * TILE as usize + lane % 4;
         let [r, g, b] = sum.colour.lane(lane);
-        out[at] = [r, g, b, sum.weight[lane]].map(|v| v * share);
+        out[at] = [r * share, g * share, b * share, sum.weight[lane] * share];
     }
 }
 

@@ -128,7 +128,7 @@ impl<S: Simd> Ends<S> {
         other: Here<S>,
         find: impl Fn(Vec3<S>) -> Here<S>,
     ) -> Here<S> {
-        let are = [packet.enter, packet.leave].map(|end| t.simd_eq(end) & elsewhere);
+        let are = [t.simd_eq(packet.enter) & elsewhere, t.simd_eq(packet.leave) & elsewhere];
         // The middle of a part of a slab.
         if any(elsewhere & !(are[0] | are[1])) {
             return Here::choose(elsewhere, find(packet.at(t)), other);
