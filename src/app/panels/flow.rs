@@ -32,7 +32,8 @@ pub(super) fn flow_ui(
         slider_row(ui, "Tube radius", "Tube radius", slider, "In steps of the grid");
         let help = "An arrow at every so many of the vectors along each axis";
         slider_row(ui, "Arrow every", "Arrow every", Slider::new(&mut choice.every, 1..=32), help);
-        row_ui(ui, "", |ui| {
+        // Both beside each other need all of the panel.
+        let made = ui.horizontal(|ui| {
             let help = "They become a mesh under Polygons, in place of those made before";
             let lines = ui.button("Make streamlines").on_hover_text(help).clicked();
             let arrows = ui.button("Make arrows").on_hover_text(help).clicked();
@@ -41,7 +42,8 @@ pub(super) fn flow_ui(
                 (_, true) => Some(FlowShape::Arrows),
                 _ => None,
             }
-        })
+        });
+        made.inner
     });
     shown.body_returned.flatten()
 }
