@@ -17,6 +17,8 @@ use crate::vector::{self, Following, GlyphError, Seeds, StreamlineError};
 /// Where streamlines begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SeedPlace {
+    /// At vectors, the more the longer these are.
+    Vectors,
     /// Evenly on a plane of the grid.
     Plane,
     /// Evenly from one world point to another.
@@ -49,7 +51,7 @@ impl Default for FlowChoice {
     fn default() -> Self {
         Self {
             seeds: 60,
-            place: SeedPlace::Plane,
+            place: SeedPlace::Vectors,
             ends: None,
             axis: 2,
             share: 0.5,
@@ -99,6 +101,7 @@ fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Tick
                 (SeedPlace::Point, Some([point, _])) => {
                     Seeds::At(vector::seeds_about(point, step, count))
                 }
+                (SeedPlace::Vectors, _) => Seeds::At(vector::seeds_at_vectors(field, count)),
                 _ => Seeds::OnPlane { axis, share, count },
             };
             let lines = vector::streamlines(field, &seeds, &Following::default(), ticket);

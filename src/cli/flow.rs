@@ -20,8 +20,8 @@ const MOST_STREAMLINES: usize = 100_000;
 #[command(next_help_heading = "Streamlines and arrows")]
 pub struct FlowFlags {
     /// Draw tubes along about N streamlines of the vectors, in the colours of their lengths. They are
-    /// seeded evenly on the plane across an axis of the vectors' grid, V% along it [default: z=50%]; the
-    /// tubes' radius and the longest way to either side are in steps of that grid [defaults: 0.15, 200]
+    /// seeded at vectors, the more the longer these are, or evenly on the plane across an axis of the vectors' grid, V% along it;
+    /// the tubes' radius and the longest way to either side are in steps of that grid [defaults: 0.15, 200]
     #[arg(long, value_name = "N[,x|y|z=V%][,radius=R][,length=L]", value_parser = streamlines)]
     pub streamlines: Option<Streamlines>,
     /// Seed the streamlines at a world point and within a step of the grid about it, or evenly on the line
@@ -140,10 +140,10 @@ impl FlowFlags {
                 Some(Ends { first, last: None }) => {
                     Seeds::At(vector::seeds_about(first, step, count))
                 }
-                None => {
-                    let (axis, share) = plane.unwrap_or((2, 0.5));
-                    Seeds::OnPlane { axis, share, count }
-                }
+                None => match plane {
+                    Some((axis, share)) => Seeds::OnPlane { axis, share, count },
+                    None => Seeds::At(vector::seeds_at_vectors(field, count)),
+                },
             };
             let how = Following { most_length: length, ..Following::default() };
             let lines = vector::streamlines(field, &seeds, &how, &ticket);

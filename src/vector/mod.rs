@@ -24,5 +24,6 @@ pub use settings::{
 };
 pub use splats::{Splat, Splats, WINDOW, typical_step};
 pub use streamlines::{
-    End, Following, Seeds, Streamline, StreamlineError, seeds_about, seeds_on_line, streamlines,
+    End, Following, Seeds, Streamline, StreamlineError, seeds_about, seeds_at_vectors,
+    seeds_on_line, streamlines,
 };

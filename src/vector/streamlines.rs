@@ -316,6 +316,29 @@ pub fn streamlines(
     Ok(lines)
 }
 
+/// So many places of a field's vectors, in their order: each stands for as much of the sum of all squared lengths, so that
+/// there are more where vectors are long. A place may come twice where one vector is as long as many others. None of a field
+/// without any length.
+pub fn seeds_at_vectors(field: &VectorField, count: usize) -> Vec<DVec3> {
+    let square = |i: usize| {
+        let length = field.magnitudes.get(i);
+        if length.is_finite() { length * length } else { 0.0 }
+    };
+    let all: f64 = (0..field.vectors.len()).map(square).sum();
+    if !(all > 0.0 && all.is_finite()) {
+        return Vec::new();
+    }
+    let mut seeds = Vec::with_capacity(count);
+    let mut passed = 0.0;
+    for i in 0..field.vectors.len() {
+        passed += square(i);
+        while seeds.len() < count && passed > all * (seeds.len() as f64 + 0.5) / count as f64 {
+            seeds.push(field.places.at(i).0);
+        }
+    }
+    seeds
+}
+
 /// Places of index space on a plane: see [`Seeds::OnPlane`].
 fn seeds_on_plane(
     map: &GridMap<'_>,
@@ -398,6 +421,26 @@ mod tests {
     fn rotation() -> VectorField {
         let lattice = Lattice { origin: DVec3::splat(-10.0), ..Lattice::unit([21; 3]) };
         field(lattice, |p| DVec3::new(-p.y, p.x, 0.0))
+    }
+
+    #[test]
+    fn seeds_at_vectors_are_the_more_the_longer_these_are_and_none_where_they_are_no_numbers() {
+        let lattice = Lattice::unit([10; 3]);
+        let field = field(lattice, |p| match p.x {
+            x if x < 1.0 => DVec3::splat(f64::NAN),
+            x if x < 5.0 => DVec3::X,
+            _ => DVec3::Y * 3.0,
+        });
+        let seeds = seeds_at_vectors(&field, 98);
+        let slow = seeds.iter().filter(|at| at.x < 5.0).count();
+        // 400 squares of 1, and 500 of 9; none of 100.
+        assert_eq!((seeds.len(), slow), (98, 8));
+        assert!(seeds.iter().all(|at| at.x >= 1.0));
+        let layers: Vec<usize> =
+            (0..10).map(|z| seeds.iter().filter(|at| at.z == f64::from(z)).count()).collect();
+        assert!(layers.iter().all(|n| (9..=10).contains(n)), "all parts have some: {layers:?}");
+        let still = self::field(lattice, |_| DVec3::ZERO);
+        assert_eq!(seeds_at_vectors(&still, 5), []);
     }
 
     #[test]

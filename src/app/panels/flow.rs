@@ -57,20 +57,25 @@ fn seeds_ui(
 ) {
     row_ui(ui, "Seeded", |ui| {
         let words = |place| match place {
+            SeedPlace::Vectors => "Where they are long",
             SeedPlace::Plane => "On a plane",
             SeedPlace::Line => "On a line",
             SeedPlace::Point => "About a point",
         };
         let combo = ComboBox::from_id_salt("seed place").selected_text(words(choice.place));
         let shown = combo.show_ui(ui, |ui| {
-            for place in [SeedPlace::Plane, SeedPlace::Line, SeedPlace::Point] {
+            for place in [SeedPlace::Vectors, SeedPlace::Plane, SeedPlace::Line, SeedPlace::Point] {
                 ui.selectable_value(&mut choice.place, place, words(place));
             }
         });
-        let help = "Where the lines begin: evenly on a plane of the grid, evenly between two points of the \
-                    world, or at such a point and within a step of the grid about it";
+        let help = "Where the lines begin: at vectors of all parts of the field, the more the longer these are, evenly on a \
+                    plane of the grid, evenly between two points of the world, or at such a point and within a step of \
+                    the grid about it";
         shown.response.accessible_name("Seeded").on_hover_text(help);
     });
+    if choice.place == SeedPlace::Vectors {
+        return;
+    }
     if choice.place == SeedPlace::Plane {
         row_ui(ui, "Seeded across", |ui| {
             let names = ["x", "y", "z"];
