@@ -376,8 +376,8 @@ impl<'a, S: Simd> Sums<'a, S> {
             let [low, high] = [along.between[0] - first, along.between[1] - first];
             let low = if of_means { low.floor() } else { low.ceil() };
             let (low, high) = (low.max(0.0), high.floor().min((count - 1) as f32));
-            // Nor where it is no number.
-            if !(low <= high) {
+            // What is no number is all of them.
+            if low > high {
                 continue;
             }
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
