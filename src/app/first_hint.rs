@@ -1,7 +1,5 @@
 //! What is said over the picture of the first volume that somebody opens: how to take hold of it, and where the keys are.
 
-use std::time::Duration;
-
 use eframe::egui::{
     Color32, CornerRadius, Label, Pos2, Rect, RichText, TextWrapMode, Ui, UiBuilder, vec2,
 };
@@ -51,7 +49,7 @@ impl FirstHint {
     /// Draws it at the lower edge of the viewport. The hand goes through it.
     pub(super) fn show(&mut self, ui: &mut Ui, viewport: Rect, knows: bool) {
         let now = ui.ctx().time();
-        let shown_since = *self.shown_since.get_or_insert(now);
+        self.shown_since.get_or_insert(now);
         let opacity = self.opacity(knows, now);
         if opacity == 0.0 {
             self.fades_since = None;
@@ -62,12 +60,9 @@ impl FirstHint {
             room if room >= FEW_WIDTH => (FEW_WORDS, FEW_WIDTH),
             _ => return,
         };
-        match opacity {
-            1.0 => {
-                let left = (shown_since + SHOWN_SECS - now).max(0.0);
-                ui.ctx().request_repaint_after(Duration::from_secs_f64(left));
-            }
-            _ => ui.ctx().request_repaint(),
+        // It asks for no repaint at its time: that comes with whatever moves next.
+        if opacity < 1.0 {
+            ui.ctx().request_repaint();
         }
         let middle = Pos2::new(viewport.center().x, viewport.bottom() - ABOVE);
         let rect = Rect::from_center_size(middle, vec2(width, HEIGHT));

@@ -491,3 +491,22 @@ fn vectors_that_matter_would_hide_are_seen_in_it_and_in_other_colours() {
     let map = |transfer: &TransferFunction| transfer.colour.map();
     assert_ne!(map(&scene.vectors()[0].settings.transfer), scene.transfer().and_then(map));
 }
+
+#[test]
+fn views_by_name_show_all_that_can_be_seen() {
+    let mut bench = Bench::opened();
+    press(&mut bench, Modifiers::NONE, Key::Num1);
+    let front = bench.camera();
+    bench.hover(bench.viewport().center() + vec2(60.0, 20.0));
+    bench.wheel(3.0);
+    assert!(bench.camera().parallel_scale < 0.9 * front.parallel_scale);
+    press(&mut bench, Modifiers::NONE, Key::Num1);
+    assert_eq!(bench.camera(), front, "as before the hand came near");
+    bench.wheel(3.0);
+    press(&mut bench, Modifiers::NONE, Key::Num3);
+    let right = bench.camera();
+    press(&mut bench, Modifiers::NONE, Key::Num1);
+    press(&mut bench, Modifiers::NONE, Key::Num3);
+    assert_eq!(bench.camera(), right);
+    assert!((right.focal_point - front.focal_point).length() < 0.5 * front.parallel_scale);
+}
