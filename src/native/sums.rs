@@ -52,14 +52,15 @@ impl<S: Simd> Covered<S> {
     }
 }
 
-/// A function as a picture has it: right, up and depth, in pixels, from the middle of the picture.
+/// A function as a picture has it: right, up and depth, in pixels, from the middle of the picture. What parallel rays ask for lies
+/// in one line of a cache.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
 struct Seen {
     centre: [f32; 3],
     /// What takes an offset (x, y, z) to one in widths, turned so that rays along z change its last part alone: the first is
     /// `across[0]` x + `across[1]` y, the second `across[2]` y, the last `deep[0]` x + `deep[1]` y + `deep[2]` z.
     across: [f32; 3],
-    deep: [f32; 3],
     /// Of parallel rays: how the depth of the nearest place grows along x and y, and a, in steps.
     tilt: [f32; 2],
     a: f32,
@@ -69,7 +70,12 @@ struct Seen {
     reach: f32,
     end: f32,
     weight: f32,
+    /// How far from the nearest place a ray through the centre meets it, in steps, and how far the rays of a block see that place
+    /// from each other's.
+    half: f32,
+    spread: f32,
     height: f32,
+    deep: [f32; 3],
 }
 
 impl Seen {
@@ -85,25 +91,40 @@ impl Seen {
         let [right, up] = [x, y].map(|(axis, share)| axis - along * share);
         let first = right.normalize_or_zero();
         let sideways = first.dot(up);
-        let square = (depth * f64::from(rays.step)).powi(2);
+        let step = f64::from(rays.step);
+        let a = (depth * step).powi(2);
         let reach = f64::from(summand.reach);
         let end = match basis {
             Basis::Gaussian | Basis::Ellipsoid => (-reach / 2.0).exp(),
             Basis::Multiquadric => 1.0 / (1.0 + reach).sqrt(),
         };
+        let tilt = [x.1, y.1].map(|share| -share / depth / step);
+        // The block's rays are 4 × 2, a pixel apart.
+        let spread = 1.5 * tilt[0].abs() + 0.5 * tilt[1].abs();
         let narrow = |parts: [f64; 3]| parts.map(|part| part as f32);
         Self {
             centre: narrow(centre.to_array()),
             across: narrow([right.length(), sideways, (up - first * sideways).length()]),
-            deep: narrow([x.1, y.1, depth]),
-            tilt: [x.1, y.1].map(|share| (-share / depth / f64::from(rays.step)) as f32),
-            a: square as f32,
-            fall: (-square / 2.0).exp() as f32,
+            tilt: tilt.map(|part| part as f32),
+            a: a as f32,
+            fall: (-a / 2.0).exp() as f32,
             reach: summand.reach,
             end: end as f32,
             weight: summand.weight,
+            half: (reach / a).sqrt() as f32,
+            spread: spread as f32,
             height: summand.height,
+            deep: narrow([x.1, y.1, depth]),
         }
+    }
+
+    /// How far on either side of its nearest place any ray of a block meets it, in steps, if none comes nearer than `near`; at most
+    /// an eighth of the greatest distance more. √(1 − s) lies below its tangents at 0 and at ¾, and no long chain of quotients and
+    /// roots stands before a loop that goes so far.
+    #[inline(always)]
+    fn reaches(&self, near: f32) -> f32 {
+        let share = near / self.reach;
+        self.half * (1.0 - 0.5 * share).min(1.25 - share) + self.spread
     }
 }
 
@@ -204,7 +225,8 @@ struct Along<'a, S: Simd> {
     a: Lanes<S>,
     /// exp(−a/2), of Gaussians.
     fall: Lanes<S>,
-    /// Between which depths any ray meets it.
+    /// Where about the middles are, and between which depths any ray meets it.
+    about: f32,
     between: [f32; 2],
 }
 
@@ -296,15 +318,13 @@ impl<'a, S: Simd> Sums<'a, S> {
                 return None;
             }
             let [by_x, by_y] = seen.tilt;
-            let middle = right
-                .mul_add(all(simd, by_x), up.mul_add(all(simd, by_y), all(simd, depth * per_step)));
-            let half = ((seen.reach - nearest) / seen.a).sqrt();
-            // The block's rays are 4 × 2, a pixel apart.
+            let depths = up.mul_add(all(simd, by_y), all(simd, depth * per_step));
+            let middle = right.mul_add(all(simd, by_x), depths);
             let about = 0.5 * (middle[0] + middle[LANES - 1]);
-            let beyond = half + 1.5 * by_x.abs() + 0.5 * by_y.abs();
+            let beyond = seen.reaches(nearest);
             let between = [about - beyond, about + beyond];
             let (a, fall) = (all(simd, seen.a), all(simd, seen.fall));
-            return Some(Along { seen, middle, near, a, fall, between });
+            return Some(Along { seen, middle, near, a, fall, about, between });
         }
         let growth = self.rays.growth;
         let [by_x, by_y] = [packet.screen[0] * growth, packet.screen[1] * growth];
@@ -324,11 +344,11 @@ impl<'a, S: Simd> Sums<'a, S> {
         }
         let middle = (t + depth) * per_step;
         let a = a * (self.window.step * self.window.step);
-        let mut found = Along { seen, middle, near, a, fall: a, between: [0.0; 2] };
+        let mut found = Along { seen, middle, near, a, fall: a, about: 0.0, between: [0.0; 2] };
         let (half, far) = (found.half(simd), all(simd, 1e9));
         let low = choose(is_met, middle - half, far).reduce_min();
         let high = choose(is_met, middle + half, -far).reduce_max();
-        found.between = [low, high];
+        (found.about, found.between) = (0.5 * (low + high), [low, high]);
         found.fall = exponential(simd, a * -0.5);
         Some(found)
     }
@@ -372,22 +392,24 @@ impl<'a, S: Simd> Sums<'a, S> {
             let Some(along) = self.along(simd, packet, &seen[entry.number as usize]) else {
                 continue;
             };
-            // Faces from the first one, that any ray meets.
+            // Faces from the first one, that any ray meets, and the one from which to begin.
             let [low, high] = [along.between[0] - first, along.between[1] - first];
             let low = if of_means { low.floor() } else { low.ceil() };
             let (low, high) = (low.max(0.0), high.floor().min((count - 1) as f32));
-            // What is no number is all of them.
             if low > high {
                 continue;
             }
+            let begin = (along.about - first).round_ties_even().max(low).min(high);
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
-            let (low, high) = (low as usize, high as usize);
+            let [low, begin, high] = [low as u8, begin as u8, high as u8];
+            let (low, begin, high) = (usize::from(low), usize::from(begin), usize::from(high));
+            let along_here = (along.middle - first, &along);
             if of_means {
                 self.add_means(simd, packet, &along, [low, high]);
             } else if is_gaussian {
-                self.add_gaussian::<MEAN>(simd, (along.middle - first, &along), [low, high]);
+                self.add_gaussian::<MEAN>(simd, along_here, [low, begin, high]);
             } else {
-                self.add_each::<MEAN>(simd, (along.middle - first, &along), [low, high]);
+                self.add_each::<MEAN>(simd, along_here, [low, high]);
             }
         }
     }
@@ -536,22 +558,18 @@ impl<'a, S: Simd> Sums<'a, S> {
         &mut self,
         simd: S,
         (middle, along): (Lanes<S>, &Along<'_, S>),
-        [low, high]: [usize; 2],
+        [low, begin, high]: [usize; 3],
     ) {
         let (zero, seen) = (all(simd, 0.0), along.seen);
         let is_met = along.near.simd_lt(all(simd, seen.reach));
-        // About the middle of the first ray that meets it: those of the others lie near, or products go too far down a flank.
-        let first = is_met.to_bitmask().trailing_zeros() as usize % LANES;
-        let begin = middle[first].round().clamp(low as f32, high as f32);
-        let off = all(simd, begin) - middle;
+        // About the middle of the block: those of all rays that meet it lie near, or products go too far down a flank.
+        let off = all(simd, begin as f32) - middle;
         let slope = off * along.a;
         let square = off * slope;
         if any(is_met & square.simd_gt(all(simd, 2.0 * STEEPEST))) {
             // Rays that meet it at far-away depths.
             return self.add_each::<MEAN>(simd, (middle, along), [low, high]);
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
-        let begin = begin as usize;
         // Rays that do not meet it have nothing of it, whatever their ratios are.
         let start = choose(is_met, exponential(simd, (square + along.near) * -0.5), zero);
         let shrinking = along.fall * along.fall;
