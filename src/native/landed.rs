@@ -49,6 +49,14 @@ pub(super) struct Entry {
     pub depths: [f32; 2],
 }
 
+impl Entry {
+    /// Whether it may be met in the block of a bit, between two depths.
+    #[inline(always)]
+    pub(super) fn may_be_met(&self, block: u8, [near, far]: [f32; 2]) -> bool {
+        self.blocks & block != 0 && self.depths[1] >= near && self.depths[0] <= far
+    }
+}
+
 /// The bit in [`Entry::blocks`] of the block that begins at a pixel.
 #[inline(always)]
 pub(super) fn block_bit(pixel: [u32; 2]) -> u8 {

@@ -30,6 +30,9 @@ const NEAR: f32 = 1e-5;
 /// Places of a slab, as shares of it, at which it is looked for a mean that neither face has: those of the device.
 const LOOKS: [f32; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
+/// Gaussians that are made ready before they are added.
+const READY: usize = 16;
+
 /// Functions that are placed between two looks at the ticket.
 const A_RUN: usize = 1 << 13;
 
@@ -230,6 +233,38 @@ struct Along<'a, S: Simd> {
     between: [f32; 2],
 }
 
+/// A Gaussian along eight rays, made ready to be added: its values at a face in its middle, by what they grow from there to the next
+/// one and to the one before, and by what that shrinks from face to face.
+#[derive(Clone, Copy)]
+struct Ready<S: Simd> {
+    start: Lanes<S>,
+    up: Lanes<S>,
+    down: Lanes<S>,
+    shrinking: Lanes<S>,
+    end: f32,
+    weight: f32,
+    height: f32,
+    /// The first face, the one in the middle and the last one.
+    faces: [u8; 3],
+}
+
+impl<S: Simd> Ready<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        let [start, up, down, shrinking] = [all(simd, 0.0); 4];
+        Self { start, up, down, shrinking, end: 0.0, weight: 0.0, height: 0.0, faces: [0; 3] }
+    }
+}
+
+/// The faces between two depths in steps, the first rounded as said, up to a last one; `None` where there is none.
+#[inline(always)]
+fn faces_from([low, high]: [f32; 2], rounded: fn(f32) -> f32, last: f32) -> Option<[usize; 2]> {
+    let (low, high) = (rounded(low).max(0.0), high.floor().min(last));
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=32")]
+    let faces = [low as usize, high as usize];
+    (low <= high).then_some(faces)
+}
+
 impl<S: Simd> Along<'_, S> {
     /// How far on either side of the middle each ray meets it; less than 0 of those that do not.
     #[inline(always)]
@@ -300,9 +335,9 @@ impl<'a, S: Simd> Sums<'a, S> {
         found
     }
 
-    /// A function of the list, where any ray meets it.
+    /// A function of the list along the rays; between no depths where none of them meets it.
     #[inline(always)]
-    fn along(&self, simd: S, packet: &Packet<S>, seen: &'a Seen) -> Option<Along<'a, S>> {
+    fn along(&self, simd: S, packet: &Packet<S>, seen: &'a Seen) -> Along<'a, S> {
         let (reach, [x, y, depth]) = (all(simd, seen.reach), seen.centre);
         let ([xx, xy, yy], [zx, zy, zz]) = (seen.across, seen.deep);
         // Seen from its own depth: far from there the squares would leave few digits to their difference.
@@ -314,17 +349,15 @@ impl<'a, S: Simd> Sums<'a, S> {
         if self.rays.growth == 0.0 {
             let near = first.mul_add(first, second * second);
             let nearest = near.reduce_min();
-            if nearest >= seen.reach {
-                return None;
-            }
             let [by_x, by_y] = seen.tilt;
             let depths = up.mul_add(all(simd, by_y), all(simd, depth * per_step));
             let middle = right.mul_add(all(simd, by_x), depths);
             let about = 0.5 * (middle[0] + middle[LANES - 1]);
-            let beyond = seen.reaches(nearest);
+            let is_met = nearest < seen.reach;
+            let beyond = if is_met { seen.reaches(nearest) } else { f32::NEG_INFINITY };
             let between = [about - beyond, about + beyond];
             let (a, fall) = (all(simd, seen.a), all(simd, seen.fall));
-            return Some(Along { seen, middle, near, a, fall, about, between });
+            return Along { seen, middle, near, a, fall, about, between };
         }
         let growth = self.rays.growth;
         let [by_x, by_y] = [packet.screen[0] * growth, packet.screen[1] * growth];
@@ -339,9 +372,6 @@ impl<'a, S: Simd> Sums<'a, S> {
         let nearest = from.at(direction, t);
         let near = nearest.dot(nearest);
         let is_met = near.simd_lt(reach);
-        if !any(is_met) {
-            return None;
-        }
         let middle = (t + depth) * per_step;
         let a = a * (self.window.step * self.window.step);
         let mut found = Along { seen, middle, near, a, fall: a, about: 0.0, between: [0.0; 2] };
@@ -350,7 +380,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         let high = choose(is_met, middle + half, -far).reduce_max();
         (found.about, found.between) = (0.5 * (low + high), [low, high]);
         found.fall = exponential(simd, a * -0.5);
-        Some(found)
+        found
     }
 
     /// Sums up at all faces that are to be there. Not inlined: few ask, and for many faces.
@@ -382,52 +412,146 @@ impl<'a, S: Simd> Sums<'a, S> {
         // Of means, from the first face to the last.
         let beyond = if of_means { 0.0 } else { 1.0 };
         let depths = [first * step, (first + (count as f32 - beyond)) * step];
-        let is_gaussian = self.functions.basis() != Basis::Multiquadric;
-        let (list, seen) = (self.list, self.seen);
-        for entry in list {
-            let is_before = entry.depths[1] < depths[0] || entry.depths[0] > depths[1];
-            if entry.blocks & self.block == 0 || is_before {
-                continue;
+        let count = (count - 1) as f32;
+        match self.functions.basis() {
+            _ if of_means => self.each(
+                simd,
+                (packet, depths),
+                #[inline(always)]
+                |sums, along| {
+                    let [low, high] = along.between;
+                    if let Some(faces) = faces_from([low - first, high - first], f32::floor, count)
+                    {
+                        sums.add_means(simd, packet, along, faces);
+                    }
+                },
+            ),
+            Basis::Multiquadric => self.each(
+                simd,
+                (packet, depths),
+                #[inline(always)]
+                |sums, along| {
+                    let [low, high] = along.between;
+                    if let Some(faces) = faces_from([low - first, high - first], f32::ceil, count) {
+                        sums.add_each::<MEAN>(simd, (along.middle - first, along), faces);
+                    }
+                },
+            ),
+            Basis::Gaussian | Basis::Ellipsoid => {
+                self.add_gaussians::<MEAN>(simd, (packet, depths), (first, count));
             }
-            let Some(along) = self.along(simd, packet, &seen[entry.number as usize]) else {
-                continue;
-            };
-            // Faces from the first one, that any ray meets, and the one from which to begin.
-            let [low, high] = [along.between[0] - first, along.between[1] - first];
-            let low = if of_means { low.floor() } else { low.ceil() };
-            let (low, high) = (low.max(0.0), high.floor().min((count - 1) as f32));
-            if low > high {
-                continue;
-            }
+        }
+    }
+
+    /// Calls `visit` with each function that may be met between two depths.
+    #[inline(always)]
+    fn each(
+        &mut self,
+        simd: S,
+        (packet, depths): (&Packet<S>, [f32; 2]),
+        mut visit: impl FnMut(&mut Self, &Along<'_, S>),
+    ) {
+        let (list, seen, block) = (self.list, self.seen, self.block);
+        for entry in list.iter().filter(|entry| entry.may_be_met(block, depths)) {
+            let along = self.along(simd, packet, &seen[entry.number as usize]);
+            visit(self, &along);
+        }
+    }
+
+    /// Adds all Gaussians of the list: some are made ready, one like the other, and these are added. The ends of loops over faces are
+    /// known long before these begin, as nothing in between depends on them.
+    #[inline(always)]
+    fn add_gaussians<const MEAN: bool>(
+        &mut self,
+        simd: S,
+        (packet, depths): (&Packet<S>, [f32; 2]),
+        (first, last): (f32, f32),
+    ) {
+        let zero = all(simd, 0.0);
+        let (list, seen, block) = (self.list, self.seen, self.block);
+        let mut ready = [Ready::none(simd); READY];
+        let mut count = 0;
+        for entry in list.iter().filter(|entry| entry.may_be_met(block, depths)) {
+            let seen = &seen[entry.number as usize];
+            let along = self.along(simd, packet, seen);
+            let low = (along.between[0] - first).ceil().max(0.0);
+            let high = (along.between[1] - first).floor().min(last);
             let begin = (along.about - first).round_ties_even().max(low).min(high);
+            let middle = along.middle - first;
+            let is_met = along.near.simd_lt(all(simd, seen.reach));
+            // About the middle of the block: those of all rays that meet it lie near, or products go too far down a flank.
+            let off = all(simd, begin) - middle;
+            let slope = off * along.a;
+            let square = off * slope;
+            let has_faces = low <= high;
+            if has_faces && any(is_met & square.simd_gt(all(simd, 2.0 * STEEPEST))) {
+                // Rays that meet it at far-away depths.
+                if let Some(faces) = faces_from([low, high], f32::ceil, last) {
+                    self.add_each::<MEAN>(simd, (middle, &along), faces);
+                }
+                continue;
+            }
+            // Rays that do not meet it have nothing of it, whatever their ratios are.
+            let start = choose(is_met, exponential(simd, (square + along.near) * -0.5), zero);
+            let growth = exponential(simd, -slope);
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..32")]
-            let [low, begin, high] = [low as u8, begin as u8, high as u8];
+            let faces = [low as u8, begin as u8, high as u8];
+            let (up, down) = (along.fall * growth, along.fall / growth);
+            let shrinking = along.fall * along.fall;
+            let Seen { end, weight, height, .. } = *seen;
+            ready[count] = Ready { start, up, down, shrinking, end, weight, height, faces };
+            count += usize::from(has_faces);
+            if count == READY {
+                self.add_ready::<MEAN>(simd, &ready);
+                count = 0;
+            }
+        }
+        self.add_ready::<MEAN>(simd, &ready[..count]);
+    }
+
+    /// Adds what Gaussians have at their faces, by products from one in the middle to both sides.
+    #[inline(always)]
+    fn add_ready<const MEAN: bool>(&mut self, simd: S, ready: &[Ready<S>]) {
+        for one in ready {
+            let of = (one.end, one.weight, one.height);
+            let [low, begin, high] = [one.faces[0], one.faces[1], one.faces[2]];
             let (low, begin, high) = (usize::from(low), usize::from(begin), usize::from(high));
-            let along_here = (along.middle - first, &along);
-            if of_means {
-                self.add_means(simd, packet, &along, [low, high]);
-            } else if is_gaussian {
-                self.add_gaussian::<MEAN>(simd, along_here, [low, begin, high]);
-            } else {
-                self.add_each::<MEAN>(simd, along_here, [low, high]);
+            let (mut value, mut ratio) = (one.start, one.up);
+            for i in begin..=high {
+                self.add::<MEAN>(simd, i, value, of);
+                value *= ratio;
+                ratio *= one.shrinking;
+            }
+            let mut ratio = one.down;
+            let mut value = one.start * ratio;
+            for i in (low..begin).rev() {
+                ratio *= one.shrinking;
+                self.add::<MEAN>(simd, i, value, of);
+                value *= ratio;
             }
         }
     }
 
     /// Adds what a function has at a face to the rays that it reaches there.
     #[inline(always)]
-    fn add<const MEAN: bool>(&mut self, simd: S, i: usize, phi: Lanes<S>, seen: &Seen) {
-        let within = phi.simd_ge(all(simd, seen.end));
+    fn add<const MEAN: bool>(
+        &mut self,
+        simd: S,
+        i: usize,
+        phi: Lanes<S>,
+        (end, weight, height): (f32, f32, f32),
+    ) {
+        let within = phi.simd_ge(all(simd, end));
         if !MEAN {
             let phi = choose(within, phi, all(simd, 0.0));
-            self.values[i] = phi.mul_add(all(simd, seen.weight), self.values[i]);
+            self.values[i] = phi.mul_add(all(simd, weight), self.values[i]);
             return;
         }
-        let phi = choose(within, (phi - self.functions.end()) * seen.height, all(simd, 0.0));
+        let phi = choose(within, (phi - self.functions.end()) * height, all(simd, 0.0));
         self.coverages[i] += phi;
-        if seen.height >= 0.0 {
+        if height >= 0.0 {
             self.totals[i] += phi;
-            self.values[i] = phi.mul_add(all(simd, seen.weight), self.values[i]);
+            self.values[i] = phi.mul_add(all(simd, weight), self.values[i]);
         }
     }
 
@@ -548,44 +672,8 @@ impl<'a, S: Simd> Sums<'a, S> {
             let off = middle - i as f32;
             let square = (off * off).mul_add(along.a, along.near);
             let phi = basis_of(simd, self.functions.basis(), square);
-            self.add::<MEAN>(simd, i, phi, along.seen);
-        }
-    }
-
-    /// Adds what a Gaussian has at faces from `low` to `high`, by products from a face in its middle to both sides.
-    #[inline(always)]
-    fn add_gaussian<const MEAN: bool>(
-        &mut self,
-        simd: S,
-        (middle, along): (Lanes<S>, &Along<'_, S>),
-        [low, begin, high]: [usize; 3],
-    ) {
-        let (zero, seen) = (all(simd, 0.0), along.seen);
-        let is_met = along.near.simd_lt(all(simd, seen.reach));
-        // About the middle of the block: those of all rays that meet it lie near, or products go too far down a flank.
-        let off = all(simd, begin as f32) - middle;
-        let slope = off * along.a;
-        let square = off * slope;
-        if any(is_met & square.simd_gt(all(simd, 2.0 * STEEPEST))) {
-            // Rays that meet it at far-away depths.
-            return self.add_each::<MEAN>(simd, (middle, along), [low, high]);
-        }
-        // Rays that do not meet it have nothing of it, whatever their ratios are.
-        let start = choose(is_met, exponential(simd, (square + along.near) * -0.5), zero);
-        let shrinking = along.fall * along.fall;
-        let growth = exponential(simd, -slope);
-        let (mut value, mut ratio) = (start, along.fall * growth);
-        for i in begin..=high {
-            self.add::<MEAN>(simd, i, value, seen);
-            value *= ratio;
-            ratio *= shrinking;
-        }
-        let mut ratio = along.fall / growth;
-        let mut value = start * ratio;
-        for i in (low..begin).rev() {
-            ratio *= shrinking;
-            self.add::<MEAN>(simd, i, value, seen);
-            value *= ratio;
+            let Seen { end, weight, height, .. } = *along.seen;
+            self.add::<MEAN>(simd, i, phi, (end, weight, height));
         }
     }
 
