@@ -50,6 +50,8 @@ const LIT_SLABS: f64 = 256.0;
 const SLABS_A_WALL: f64 = 2.0;
 /// But no thinner than this many to a sample, where none is left (EMD-3197.map, 20³; of demo:head, 128³, two leave traces).
 const MOST_LIT_SLABS: f64 = 4.0;
+/// How much of the colours' range of a cloud lies above its last colour.
+const ABOVE_BRIGHT: f64 = 0.25;
 /// How far below the least value of a cloud its colours begin, in parts of their range.
 const ABOVE_DARK: f64 = 0.3;
 /// A volume that is thinner than this share of its next side is seen onto its slices.
@@ -149,6 +151,14 @@ impl FirstLook {
                 range[0] -= ABOVE_DARK * (range[1] - range[0]);
             }
             *map = ColourMap::Viridis;
+        }
+        if let (false, false, ColourSource::Map { map: ColourMap::Viridis, range }) =
+            (is_lit, is_picture, &mut transfer.colour)
+            && volume.scattered.is_none()
+            && transfer.opacity.is_sorted_by(|a, b| a.1 <= b.1)
+        {
+            // Of a cloud little is as bright as its brightest.
+            range[1] -= ABOVE_BRIGHT * (range[1] - range[0]);
         }
         let splat = match is_of_names {
             _ if volume.functions.is_some() => SplatSettings::FUNCTIONS,

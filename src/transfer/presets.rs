@@ -33,8 +33,6 @@ const MAP_FACE: f64 = 4.0;
 /// Half the range of densities over which opacity rises at that surface, in parts of all, and the opacity behind it.
 const HALF_A_FACE: f64 = 0.03;
 const FACE_OPACITY: f64 = 0.95;
-/// The visible values of what programs compute that have the last colour of their map.
-const RARE_OF_COMPUTED: f64 = 0.02;
 /// Where colours of what is seen from outside end, in parts of the visible range.
 const OUTERMOST: f64 = 0.65;
 /// How far below the least visible value a map that begins in black begins, in parts of the visible range: matter that
@@ -343,11 +341,9 @@ pub(super) fn by_percentiles(
     }
     // Rounding and ties must not put points out of order.
     opacity.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // What programs compute has seldom much that is bright, and is dull without it.
-    let rare = if map == ColourMap::Viridis { RARE_OF_COMPUTED } else { 0.005 };
     let range = match background.side {
-        Side::Low => [near, at(1.0 - rare)],
-        Side::High => [at(rare), near],
+        Side::Low => [near, at(0.995)],
+        Side::High => [at(0.005), near],
     };
     // Maps that begin in black: darker matter than the brightest would be the more opaque the less it is seen.
     let begins_in_black = matches!(map, ColourMap::CtLike | ColourMap::Gray);

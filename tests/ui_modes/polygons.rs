@@ -211,6 +211,8 @@ fn streamlines_and_arrows_in_opaque_matter_fade_it_and_say_so() {
         bench.harness.get_by_label("Streamlines and arrows").click();
         bench.settle();
         assert!(bench.window().scene().expect("open").shows_field());
+        // Through the middle of the matter.
+        bench.choose("Seeded", "On a plane");
         press(&mut bench, button);
         bench.wait_until(|window| window.scene().is_some_and(|s| !Shown::all_of(s).is_empty()));
         bench.settle();
