@@ -412,7 +412,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         // Of means, from the first face to the last.
         let beyond = if of_means { 0.0 } else { 1.0 };
         let depths = [first * step, (first + (count as f32 - beyond)) * step];
-        let count = (count - 1) as f32;
+        let last = (count - 1) as f32;
         match self.functions.basis() {
             _ if of_means => self.each(
                 simd,
@@ -420,8 +420,7 @@ impl<'a, S: Simd> Sums<'a, S> {
                 #[inline(always)]
                 |sums, along| {
                     let [low, high] = along.between;
-                    if let Some(faces) = faces_from([low - first, high - first], f32::floor, count)
-                    {
+                    if let Some(faces) = faces_from([low - first, high - first], f32::floor, last) {
                         sums.add_means(simd, packet, along, faces);
                     }
                 },
@@ -432,13 +431,13 @@ impl<'a, S: Simd> Sums<'a, S> {
                 #[inline(always)]
                 |sums, along| {
                     let [low, high] = along.between;
-                    if let Some(faces) = faces_from([low - first, high - first], f32::ceil, count) {
+                    if let Some(faces) = faces_from([low - first, high - first], f32::ceil, last) {
                         sums.add_each::<MEAN>(simd, (along.middle - first, along), faces);
                     }
                 },
             ),
             Basis::Gaussian | Basis::Ellipsoid => {
-                self.add_gaussians::<MEAN>(simd, (packet, depths), (first, count));
+                self.add_gaussians::<MEAN>(simd, (packet, depths), (first, last));
             }
         }
     }
@@ -513,21 +512,41 @@ impl<'a, S: Simd> Sums<'a, S> {
     #[inline(always)]
     fn add_ready<const MEAN: bool>(&mut self, simd: S, ready: &[Ready<S>]) {
         for one in ready {
-            let of = (one.end, one.weight, one.height);
             let [low, begin, high] = [one.faces[0], one.faces[1], one.faces[2]];
             let (low, begin, high) = (usize::from(low), usize::from(begin), usize::from(high));
+            let of = (one.end, one.weight, one.height);
+            let (shrinking, end) = (one.shrinking, all(simd, one.end));
+            let (weight, zero) = (all(simd, one.weight), all(simd, 0.0));
             let (mut value, mut ratio) = (one.start, one.up);
-            for i in begin..=high {
-                self.add::<MEAN>(simd, i, value, of);
-                value *= ratio;
-                ratio *= one.shrinking;
+            if MEAN {
+                for i in begin..high + 1 {
+                    self.add::<MEAN>(simd, i, value, of);
+                    value *= ratio;
+                    ratio *= shrinking;
+                }
+            } else {
+                for sum in &mut self.values[begin..high + 1] {
+                    let phi = choose(value.simd_ge(end), value, zero);
+                    *sum = phi.mul_add(weight, *sum);
+                    value *= ratio;
+                    ratio *= shrinking;
+                }
             }
             let mut ratio = one.down;
             let mut value = one.start * ratio;
-            for i in (low..begin).rev() {
-                ratio *= one.shrinking;
-                self.add::<MEAN>(simd, i, value, of);
-                value *= ratio;
+            if MEAN {
+                for i in (low..begin).rev() {
+                    ratio *= shrinking;
+                    self.add::<MEAN>(simd, i, value, of);
+                    value *= ratio;
+                }
+            } else {
+                for sum in self.values[low..begin].iter_mut().rev() {
+                    ratio *= shrinking;
+                    let phi = choose(value.simd_ge(end), value, zero);
+                    *sum = phi.mul_add(weight, *sum);
+                    value *= ratio;
+                }
             }
         }
     }
