@@ -475,6 +475,9 @@ impl<'a, S: Simd> Sums<'a, S> {
             let along = self.along(simd, packet, seen);
             let low = (along.between[0] - first).ceil().max(0.0);
             let high = (along.between[1] - first).floor().min(last);
+            if low > high {
+                continue;
+            }
             let begin = (along.about - first).round_ties_even().max(low).min(high);
             let middle = along.middle - first;
             let is_met = along.near.simd_lt(all(simd, seen.reach));
@@ -482,8 +485,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             let off = all(simd, begin) - middle;
             let slope = off * along.a;
             let square = off * slope;
-            let has_faces = low <= high;
-            if has_faces && any(is_met & square.simd_gt(all(simd, 2.0 * STEEPEST))) {
+            if any(is_met & square.simd_gt(all(simd, 2.0 * STEEPEST))) {
                 // Rays that meet it at far-away depths.
                 if let Some(faces) = faces_from([low, high], f32::ceil, last) {
                     self.add_each::<MEAN>(simd, (middle, &along), faces);
@@ -499,7 +501,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             let shrinking = along.fall * along.fall;
             let Seen { end, weight, height, .. } = *seen;
             ready[count] = Ready { start, up, down, shrinking, end, weight, height, faces };
-            count += usize::from(has_faces);
+            count += 1;
             if count == READY {
                 self.add_ready::<MEAN>(simd, &ready);
                 count = 0;
