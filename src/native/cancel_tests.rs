@@ -10,8 +10,9 @@ use super::nodes::{Node, Nodes};
 use super::polygons::Polygons;
 use super::rays::Rays;
 use super::samples::samples_bytes;
+use super::seen;
 use super::solids::Solids;
-use super::sums::{self, Asked};
+use super::sums::Asked;
 use super::table::Table;
 use super::tests::{lattice_of, of_field, scene, winds};
 use super::{Renderer, Stored, functions::Functions, tile_count};
@@ -296,7 +297,7 @@ fn functions_are_made_summed_up_bounded_and_landed_some_at_a_time() {
     let plan = Plan::of(&scene_of(&volume), [320, 240]);
     let rays = Rays::new(&plan, lattice.dims.map(|n| n as f64 - 0.5), &[]);
     let least = (count >> 13) + (count >> 12) + 16 * ((count / 2) >> 6);
-    assert_stops("functions that land", least, |ticket| sums::landed(&functions, &rays, ticket));
+    assert_stops("functions that land", least, |ticket| seen::landed(&functions, &rays, ticket));
 }
 
 /// Each thread is at a tile of its own.

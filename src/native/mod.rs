@@ -43,6 +43,7 @@ mod project;
 mod rays;
 mod renderer;
 mod samples;
+mod seen;
 mod separable;
 mod shapes;
 mod solids;

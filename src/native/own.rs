@@ -7,8 +7,9 @@ use super::functions::Functions;
 use super::landed::Landed;
 use super::lanes::{Lanes, Mask, Vec3, all, choose};
 use super::rays::{Packet, Rays};
+use super::seen::{self, Landing};
 use super::solids::Solids;
-use super::sums::{self, Asked, Landing, Sums};
+use super::sums::{Asked, Sums};
 use super::supports::NotBegun;
 use crate::core::{Cancelled, Ticket};
 use crate::kernel::{Bounds, Kernel};
@@ -142,7 +143,7 @@ impl Own {
     ) -> Result<OwnLanded, NotBegun> {
         Ok(match self {
             Self::Functions(functions) => {
-                OwnLanded::Functions(sums::landed(functions, rays, ticket)?)
+                OwnLanded::Functions(seen::landed(functions, rays, ticket)?)
             }
             Self::Cells(cells) => OwnLanded::Cells(cells.land((rays, asked), ticket)?),
         })
