@@ -42,6 +42,8 @@ const OF_DENSITY: usize = 1611;
 /// Where the fin meets the shock, in the world, half the height that is seen of it, and a density that the flow reaches there.
 const SHOCK: (DVec3, f64) = (DVec3::new(2.0, 2.2, 0.1), 2.6);
 const IN_THE_SHOCK: f64 = 1.2;
+/// Densities between which it is coloured.
+const ABOUT_THE_SHOCK: [f64; 2] = [0.75, 2.25];
 /// What is asked for, of the range of values, %: ε is 0.02 of it, so that functions reach 4 widths rather than 8.
 const GREATEST: f64 = 1.0;
 /// What the paper calls interactive is a few pictures a second.
@@ -500,6 +502,12 @@ fn seen_from(scene: Scene, direction: DVec3, up: DVec3) -> Scene {
     Scene { camera, ..scene }
 }
 
+/// The same from where it is looked at.
+fn whole(scene: Scene) -> Scene {
+    let Camera { direction, up, .. } = scene.camera;
+    seen_from(scene, direction, up)
+}
+
 /// A scene as bytes over black, so many pixels wide and high.
 fn panel(page: &Page<'_>, scene: &Scene, size: usize) -> Result<Vec<u8>> {
     let still = page.draw(scene, u32::try_from(size)?, Refine::Full, 0)?;
@@ -561,14 +569,14 @@ fn of_density(page: &mut Page<'_>, grid: &Grid) -> Result<()> {
         let scene = scene_of(&volume, grid, &encoded);
         Ok((coloured(scene, &clear, ColourMap::Turbo, range), encoded))
     };
-    // Along the fin, a little beside the plane of symmetry.
-    let plane = |scene: &Scene, colours: [f64; 2]| {
-        let scene = on_planes(scene, &[(2, 0.04)]);
+    // Along the fin, so far beside the plane of symmetry.
+    let plane = |scene: &Scene, share: f64, colours: [f64; 2]| {
+        let scene = on_planes(scene, &[(2, share)]);
         let scene = coloured(scene, &clear, ColourMap::Turbo, colours);
         seen_from(scene, DVec3::NEG_Z, DVec3::Y)
     };
     let (scene, encoded) = by(PRINTED_ELSEWHERE[0])?;
-    let panels = vec![panel(page, &plane(&scene, range), PANEL)?];
+    let panels = vec![panel(page, &plane(&scene, 0.04, [range[0], ABOUT_THE_SHOCK[1]]), PANEL)?];
     let words = format!(
         "Figure 7: a cutting plane through the blunt fin's bow shock, which stands for the X 38's, by {}.",
         told(&encoded, &volume)
@@ -579,15 +587,13 @@ fn of_density(page: &mut Page<'_>, grid: &Grid) -> Result<()> {
     for functions in FEWER_AND_MORE {
         let (scene, encoded) = by(functions)?;
         // A narrow range of values about the shock, as there.
-        let low = range[0] + 0.15 * (range[1] - range[0]);
-        let high = range[0] + 0.45 * (range[1] - range[0]);
-        let mut scene = plane(&scene, [low, high]);
+        let mut scene = plane(&scene, 0.35, ABOUT_THE_SHOCK);
         (scene.camera.focal_point, scene.camera.parallel_scale) = SHOCK;
         panels.push(panel(page, &scene, HALF)?);
         counts.push(told(&encoded, &volume));
     }
     let words = format!(
-        "Figure 8: the same plane, colours over a narrow range: by {}.",
+        "Figure 8: a plane beside it, colours over a narrow range: by {}.",
         counts.join("; by ")
     );
     figure(page, "8", panels, HALF, &words)?;
@@ -603,7 +609,7 @@ fn of_density(page: &mut Page<'_>, grid: &Grid) -> Result<()> {
     let (scene, encoded) = by(PRINTED[1])?;
     let at = |share: f64| range[0] + share * (range[1] - range[0]);
     let opacity = [(at(0.2), 0.0), (at(0.45), 0.08), (at(1.0), 0.4)];
-    let scene = coloured(scene, &opacity, ColourMap::Turbo, range);
+    let scene = whole(coloured(scene, &opacity, ColourMap::Turbo, range));
     let mut bytes = panel(page, &scene, PANEL)?;
     let leaves = encoded.encoding.leaves();
     // All of them would hide the field.
@@ -645,7 +651,7 @@ fn of_reservoir(page: &mut Page<'_>) -> Result<()> {
     let scene = scene_of(&volume, &grid, &encoded);
     let most = volume.statistics.max.abs().max(volume.statistics.min.abs());
     let opacity = [(-most, 0.5), (-0.3 * most, 0.06), (0.0, 0.01), (0.3 * most, 0.06), (most, 0.5)];
-    let scene = coloured(scene, &opacity, ColourMap::CoolWarm, [-0.6 * most, 0.6 * most]);
+    let scene = whole(coloured(scene, &opacity, ColourMap::CoolWarm, [-0.6 * most, 0.6 * most]));
     let words = format!(
         "Figure 11: a volume from 147 456 tetrahedra, the pressure between two wells, which stands for the reservoir's, by {}.",
         told(&encoded, &volume)
