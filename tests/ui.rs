@@ -216,6 +216,10 @@ fn every_shortcut_does_what_it_says() {
             | Action::PasteTransfer
             | Action::ToggleFade
             | Action::ShowVectors
+            | Action::AddSlice
+            | Action::AddIsosurface
+            | Action::ToggleClipBox
+            | Action::MakeStreamlines
             | Action::About => unreachable!("it has no key"),
             Action::Undo => {
                 assert!(bench.shows("There is nothing to undo"), "the view is no edit");
@@ -462,7 +466,7 @@ fn tiny_windows_keep_their_menus_and_the_picture() {
     assert!(!bench.shows("Time against error"));
     let viewport = bench.viewport();
     assert!(viewport.width() > 190.0 && viewport.height() > 40.0, "{viewport:?}");
-    let menus = ["File", "Edit", "View", "Camera", "Help"];
+    let menus = ["File", "Edit", "Add", "View", "Camera", "Help"];
     let menus =
         menus.map(|name| bench.harness.get_all_by_label(name).next().expect("a menu").rect());
     for pair in menus.windows(2) {

@@ -46,6 +46,10 @@ pub enum Action {
     ToggleAxes,
     ToggleTrihedron,
     ToggleAnimation,
+    AddSlice,
+    AddIsosurface,
+    ToggleClipBox,
+    MakeStreamlines,
     ToggleCells,
     ToggleLeveling,
     ToggleProbe,
@@ -85,6 +89,7 @@ impl Action {
 pub enum Menu {
     File,
     Edit,
+    Add,
     View,
     Camera,
     Help,
@@ -136,7 +141,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 49] = [
+pub const ACTIONS: [Entry; 53] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -229,6 +234,34 @@ pub const ACTIONS: [Entry; 49] = [
         "Paste transfer function",
         None,
         "Take opacities and colours from the clipboard (Ctrl+V)",
+    ),
+    entry(
+        Action::AddSlice,
+        Menu::Add,
+        "Slice",
+        None,
+        "A plane through the middle that shows the values on it in their colours; Surfaces and slices, in the side panel, moves it",
+    ),
+    entry(
+        Action::AddIsosurface,
+        Menu::Add,
+        "Isosurface",
+        None,
+        "A surface where the values pass a level; Surfaces and slices, in the side panel, sets it",
+    ),
+    entry(
+        Action::ToggleClipBox,
+        Menu::Add,
+        "Clip box",
+        None,
+        "Keep a part of the volume: drag the handles on the box's faces",
+    ),
+    entry(
+        Action::MakeStreamlines,
+        Menu::Add,
+        "Streamlines",
+        None,
+        "Tubes along the vectors that are shown; Vectors, in the side panel, says how many and where",
     ),
     entry(Action::ViewFront, Menu::Camera, "Front", plain(Key::Num1), "Look at the front"),
     entry(Action::ViewBack, Menu::Camera, "Back", command(Key::Num1), "Look at the back"),

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
+use eframe::egui::style::ScrollStyle;
 use eframe::egui::{
     Align, Align2, Atom, Button, CentralPanel, Color32, Context, CornerRadius, FontId, Frame, Id,
     IdSalt, Key, Label, Layout, Margin, MenuBar, Painter, Panel, ProgressBar, Rect, RichText,
@@ -16,8 +17,8 @@ use super::notices::text_and_button_ui;
 use super::panels::data::DataChoice;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    POLYGONS, SPLATS, Sections, accuracy, clip, compare, data, encoding, inside, polygons,
-    section_ui, shading, splat, status, titled_section_ui, transfer, vectors, view,
+    CLIP, INSIDE, POLYGONS, SPLATS, Sections, accuracy, clip, compare, data, encoding, inside,
+    polygons, section_ui, shading, splat, status, titled_section_ui, transfer, vectors, view,
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
@@ -95,6 +96,7 @@ impl Window {
             });
             let steps = self.step_words();
             ui.menu_button("Edit", |ui| edit_menu_ui(ui, &steps, &mut chosen));
+            ui.menu_button("Add", |ui| self.menu_entries_ui(ui, Menu::Add, |_| true, &mut chosen));
             ui.menu_button("View", |ui| {
                 let is_there = |action| action != Action::ShowVectors || self.has_hidden_vectors();
                 self.menu_entries_ui(ui, Menu::View, is_there, &mut chosen);
@@ -179,7 +181,7 @@ impl Window {
             let is_on = self.is_on(entry.action);
             // Menus with ticks have room for one before each name.
             let mut button = match menu {
-                Menu::View | Menu::Camera => {
+                Menu::Add | Menu::View | Menu::Camera => {
                     Button::new((Atom::custom(tick, vec2(TICK, TICK)), entry.name))
                 }
                 _ => Button::new(entry.name),
@@ -242,6 +244,8 @@ impl Window {
         let rect = ui.max_rect();
         let mut inside = ui.new_child(UiBuilder::new().max_rect(rect));
         inside.shrink_clip_rect(rect);
+        // Always there, so that it is seen that more lies below.
+        inside.spacing_mut().scroll = ScrollStyle::thin();
         ScrollArea::vertical().auto_shrink(false).show(&mut inside, |ui| {
             let mut sections = std::mem::take(&mut self.settings.sections);
             Frame::new()
@@ -299,11 +303,11 @@ impl Window {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
-        section_ui(ui, sections, "Surfaces and slices", |ui| {
+        section_ui(ui, sections, INSIDE, |ui| {
             inside::inside_ui(ui, scene, space);
         });
         let embeds = section_ui(ui, sections, POLYGONS, |ui| polygons::polygons_ui(ui, scene));
-        section_ui(ui, sections, "Clip", |ui| {
+        section_ui(ui, sections, CLIP, |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             clip::clip_ui(ui, &mut self.clip, scene, second, space);
         });

@@ -275,12 +275,15 @@ fn quiet_ui(ui: &mut Ui, notice: &Notice) -> Bar {
         (line, offered.map(|entry| ui.button(entry.name).on_hover_text(entry.help)))
     });
     let (line, button) = line.inner;
-    let line = line.on_hover_text("Click to take it away");
+    // Words that offer something do it, like their button: who clicks them means that.
+    let help = notice.offer.map_or("Click to take it away", |offer| entry_of(offer).help);
+    let line = line.on_hover_text(help);
+    let is_offer = notice.offer.is_some();
     Bar {
-        is_dismissed: line.clicked(),
+        is_dismissed: line.clicked() && !is_offer,
         is_pointed_at: line.contains_pointer()
             || button.as_ref().is_some_and(|button| button.contains_pointer()),
-        is_taken: button.is_some_and(|button| button.clicked()),
+        is_taken: button.is_some_and(|button| button.clicked()) || line.clicked() && is_offer,
     }
 }
 

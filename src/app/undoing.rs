@@ -138,7 +138,9 @@ impl State {
             () if a.splat != b.splat => "splat settings",
             () if a.shading != b.shading => "shading",
             () if a.inside.clip != b.inside.clip => "clip",
-            () if a.inside != b.inside => "inside",
+            () if a.inside.slices != b.inside.slices => "slices",
+            () if a.inside.isosurfaces != b.inside.isosurfaces => "isosurfaces",
+            () if a.inside != b.inside => "rendering",
             () if a.up != b.up => "up axis",
             () if self.compare != after.compare => "comparison",
             () if self.cells != after.cells => "octree cells",
@@ -321,6 +323,8 @@ impl Window {
         } = state;
         let is_same = self.document.as_ref().is_some_and(|now| now.is_same_file(&document));
         if !is_same {
+            // They are of the file that is left.
+            self.notices.clear();
             self.leave_file(ctx, &document);
         }
         self.document = Some(document);

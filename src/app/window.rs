@@ -27,7 +27,7 @@ use super::exchanging::LoadingDesign;
 use super::field_colours::FieldColours;
 use super::file_dialog::FileDialog;
 use super::first_hint::FirstHint;
-use super::flow::Flow;
+use super::flow::{Flow, FlowShape};
 use super::history::History;
 use super::job::Job;
 use super::layout::{NO_SIDE_ROOM, has_side_room};
@@ -40,6 +40,7 @@ use super::panels::accuracy::AccuracyPanel;
 use super::panels::clip::ClipEditor;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
+use super::panels::{CLIP, INSIDE, inside};
 use super::polygons::{Polygons, Surfaces};
 use super::probing::Probing;
 use super::rate::PictureRate;
@@ -326,6 +327,10 @@ impl Window {
             Action::ToggleProbe => self.toggle_probe(ctx),
             Action::EndTools => self.end_tools(ctx),
             Action::ToggleAnimation => self.toggle_animation(ctx),
+            Action::AddSlice => self.add_inside(inside::add_slice),
+            Action::AddIsosurface => self.add_inside(inside::add_isosurface),
+            Action::ToggleClipBox => self.toggle_clip_box(),
+            Action::MakeStreamlines => self.add_streamlines(ctx),
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleFade => self.toggle_fade(),
             Action::ShowVectors => self.show_first_vectors(ctx),
@@ -372,6 +377,7 @@ impl Window {
             Action::ToggleAxes => written(Annotation::Axes),
             Action::ToggleTrihedron => written(Annotation::Trihedron),
             Action::ToggleAnimation => self.vectors.clock.is_running(),
+            Action::ToggleClipBox => scene.is_some_and(|scene| scene.inside.clip.bounds.is_some()),
             Action::ToggleCells => self.cells.on,
             Action::ToggleLeveling => self.leveling.on,
             Action::ToggleProbe => self.probing.is_on(),
@@ -396,6 +402,36 @@ impl Window {
         if let Some(scene) = &mut self.scene {
             scene.fade(!scene.is_faded());
         }
+    }
+
+    /// Adds something that lies in the volume, whose row is in sight in the side panel then.
+    fn add_inside(&mut self, add: fn(&mut Scene)) {
+        match self.scene.as_mut().filter(|scene| scene.volume().is_some()) {
+            Some(scene) => {
+                add(scene);
+                self.settings.sections.insert(INSIDE.to_owned(), true);
+            }
+            None => self.notices.hint("There is no volume to add that to: open one first"),
+        }
+    }
+
+    fn toggle_clip_box(&mut self) {
+        match &mut self.scene {
+            Some(scene) => {
+                self.clip.toggle_box(scene);
+                self.settings.sections.insert(CLIP.to_owned(), true);
+            }
+            None => self.notices.hint("There is nothing to clip: open a volume first"),
+        }
+    }
+
+    fn add_streamlines(&mut self, ctx: &Context) {
+        if self.scene.as_ref().is_none_or(|scene| scene.vectors().is_empty()) {
+            self.notices
+                .hint("Streamlines follow vectors that are shown: choose some under Vectors");
+            return;
+        }
+        self.start_flow(ctx, FlowShape::Streamlines);
     }
 
     fn toggle_annotation(&mut self, which: Annotation) {

@@ -118,6 +118,36 @@ pub fn box_of_what_shows(volume: &ScalarVolume, transfer: &TransferFunction) -> 
     }
 }
 
+/// The box along a volume's own axes that holds every sample of it that shows, and what lies up to the next ones, as far as few of many
+/// samples tell; where nothing shows, and about a mesh or points, all of it.
+pub fn box_of_all_that_shows(volume: &ScalarVolume, transfer: &TransferFunction) -> ClipBox {
+    let lattice = &volume.lattice;
+    let step = (lattice.len() as f64 / MOST_LOOKED_AT as f64).cbrt().ceil().max(1.0) as usize;
+    let [nx, ny, nz] = lattice.dims;
+    let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);
+    for z in (0..nz).step_by(step) {
+        for y in (0..ny).step_by(step) {
+            for x in (0..nx).step_by(step) {
+                let value = volume.samples.get((z * ny + y) * nx + x);
+                if transfer.opacity_at(value) > 0.0 {
+                    for (axis, at) in [x, y, z].into_iter().enumerate() {
+                        low[axis] = low[axis].min(at);
+                        high[axis] = high[axis].max(at);
+                    }
+                }
+            }
+        }
+    }
+    if volume.own_bounds.is_some() || low[0] == usize::MAX {
+        return ClipBox::WHOLE;
+    }
+    let share = |at: f64, axis: usize| (at / lattice.dims[axis] as f64).clamp(0.0, 1.0);
+    ClipBox {
+        low: [0, 1, 2].map(|axis| share(low[axis] as f64 - step as f64, axis)),
+        high: [0, 1, 2].map(|axis| share((high[axis] + step + 1) as f64, axis)),
+    }
+}
+
 /// Where what shows of a volume lies along three unit directions, from the lattice's middle; `None` where nothing does.
 fn ends_of_field(
     volume: &ScalarVolume,
@@ -439,6 +469,27 @@ mod tests {
     }
 
     /// The frame cut labels off where not every sample was looked at, and boxes of thick slices with them.
+    #[test]
+    fn the_box_of_all_that_shows_cuts_no_sample_that_shows() {
+        let lattice = Lattice::unit([12, 10, 8]);
+        let mut values = vec![0.0_f32; lattice.len()];
+        // One far from all others.
+        for [x, y, z] in [[3, 4, 2], [4, 4, 2], [9, 5, 6]] {
+            values[(z * 10 + y) * 12 + x] = 1.0;
+        }
+        let samples = Samples::Float32(values);
+        let volume = ScalarVolume::from_samples("specks", lattice, samples).expect("sound");
+        let colour = ColourSource::Map { map: ColourMap::Gray, range: [0.0, 1.0] };
+        let transfer = TransferFunction::of(vec![(0.5, 0.0), (1.0, 0.5)], colour.clone());
+        let ClipBox { low, high } = box_of_all_that_shows(&volume, &transfer);
+        let samples =
+            |share: [f64; 3]| [0, 1, 2].map(|a| (share[a] * lattice.dims[a] as f64).round());
+        // From the middle of the sample before the first, to that of the one after the last, and half a sample more.
+        assert_eq!((samples(low), samples(high)), ([2.0, 3.0, 1.0], [11.0, 7.0, 8.0]));
+        let nothing = TransferFunction::of(vec![(0.0, 0.0), (1.0, 0.0)], colour);
+        assert_eq!(box_of_all_that_shows(&volume, &nothing), ClipBox::WHOLE);
+    }
+
     #[test]
     fn boxes_of_samples_that_were_not_looked_at_lie_within_the_frame_and_the_box() {
         let lattice =

@@ -30,8 +30,8 @@ pub use effect::Effect;
 pub use field_on_mesh::{FieldOnMesh, MeshInField};
 pub use first_look::FirstLook;
 pub use framing::{
-    among_axes, among_surfaces, box_of_what_shows, framing_all, framing_surfaces,
-    framing_what_shows, in_perspective,
+    among_axes, among_surfaces, box_of_all_that_shows, box_of_what_shows, framing_all,
+    framing_surfaces, framing_what_shows, in_perspective,
 };
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,

@@ -510,3 +510,47 @@ fn views_by_name_show_all_that_can_be_seen() {
     assert_eq!(bench.camera(), right);
     assert!((right.focal_point - front.focal_point).length() < 0.5 * front.parallel_scale);
 }
+
+/// Chooses an entry of a menu that is named so.
+fn choose_from(bench: &mut Bench, menu: &str, entry: &str) {
+    bench.harness.get_all_by_label(menu).next().expect("the menu").click();
+    bench.harness.run_steps(3);
+    bench.harness.get_all_by_label(entry).last().expect("in the menu").click();
+    bench.settle();
+}
+
+#[test]
+fn slices_isosurfaces_and_a_clip_box_are_in_a_menu_and_leave_the_volume_as_it_was() {
+    let mut bench = Bench::opened();
+    let before = bench.window().scene().expect("open").transfer().cloned();
+    for (entry, counts) in [("Slice", [1, 0]), ("Isosurface", [1, 1])] {
+        choose_from(&mut bench, "Add", entry);
+        let inside = &bench.window().scene().expect("open").inside;
+        assert_eq!([inside.slices.len(), inside.isosurfaces.len()], counts, "{entry}");
+    }
+    for name in ["Remove isosurface 1", "Remove slice 1"] {
+        bench.harness.get_by_label(name).click();
+        bench.settle();
+    }
+    let scene = bench.window().scene().expect("open");
+    assert!(!scene.is_faded() && scene.inside.slices.is_empty());
+    let after = scene.transfer().cloned();
+    let opacities = |transfer: &Option<TransferFunction>| {
+        let transfer = transfer.as_ref().expect("a field");
+        transfer.opacity.iter().map(|(_, a)| (a * 1e9).round()).collect::<Vec<_>>()
+    };
+    assert_eq!(opacities(&after), opacities(&before));
+    for is_on in [true, false] {
+        choose_from(&mut bench, "Add", "Clip box");
+        let bounds = bench.window().scene().expect("open").inside.clip.bounds;
+        assert_eq!(bounds.is_some(), is_on);
+    }
+}
+
+#[test]
+fn words_that_offer_something_do_it() {
+    let mut bench = Bench::opened();
+    bench.open("triples.nrrd");
+    bench.harness.get_by_label_contains("has vectors, too").click();
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
+}

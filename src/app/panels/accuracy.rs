@@ -308,11 +308,13 @@ fn default_words(points: &[ChartPoint], refines: bool, own: &SplatSettings) -> O
 fn record_ui(ui: &mut Ui, record: &EstimateRecord) {
     let text = record_words(record);
     ui.add_space(2.0);
-    ui.add(Label::new(RichText::new(text).color(theme::TEXT_FAINT).size(12.0)).truncate())
-        .on_hover_text(
-            "Each coarse picture says how far it is thought to be from the finished one. Once that \
+    let words = Label::new(RichText::new(text).color(theme::TEXT_FAINT).size(12.0));
+    // Two rows, where there is room for them.
+    let has_room = ui.available_height() >= 2.0 * 15.0;
+    ui.add(if has_room { words.wrap() } else { words.truncate() }).on_hover_text(
+        "Each coarse picture says how far it is thought to be from the finished one. Once that \
              is there, the two are compared: mean and spread of estimate minus truth",
-        );
+    );
 }
 
 /// The record in one line.

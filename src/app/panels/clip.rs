@@ -10,7 +10,7 @@ use crate::app::modes;
 use crate::core::Camera;
 use crate::scene::{
     AlongRay, Clip, ClipBox, CutFaces, Effect, Inside, MOST_CLIP_PLANES, Plane, Scene,
-    SplatSettings, box_of_what_shows, plane_names,
+    SplatSettings, box_of_all_that_shows, plane_names,
 };
 use crate::volume::Lattice;
 
@@ -114,10 +114,23 @@ fn mode_ui(ui: &mut Ui, scene: &mut Scene, second: Option<&SplatSettings>) {
     }
 }
 
-/// A box that nobody has moved yet: about what shows, so that nothing of it is cut and the handles lie at its sides.
+/// A box that nobody has moved yet: about all that shows, so that nothing of it is cut and the handles lie at its sides.
 fn fresh_box(scene: &Scene) -> ClipBox {
     let field = scene.volume().zip(scene.transfer()).filter(|_| scene.shows_field());
-    field.map_or(ClipBox::WHOLE, |(volume, transfer)| box_of_what_shows(volume, transfer))
+    field.map_or(ClipBox::WHOLE, |(volume, transfer)| box_of_all_that_shows(volume, transfer))
+}
+
+impl ClipEditor {
+    /// Switches the box on, where it was or about all that shows, or off.
+    pub fn toggle_box(&mut self, scene: &mut Scene) {
+        match scene.inside.clip.bounds.take() {
+            Some(bounds) => self.kept = Some(bounds),
+            None => {
+                let bounds = self.kept.take().unwrap_or_else(|| fresh_box(scene));
+                scene.inside.clip.bounds = Some(bounds);
+            }
+        }
+    }
 }
 
 fn box_ui(ui: &mut Ui, editor: &mut ClipEditor, scene: &mut Scene) {
@@ -126,12 +139,7 @@ fn box_ui(ui: &mut Ui, editor: &mut ClipEditor, scene: &mut Scene) {
     ui.horizontal(|ui| {
         let switch = ui.checkbox(&mut on, "Clip box");
         if switch.on_hover_text("Keep a part of the volume along its own axes").changed() {
-            if on {
-                let bounds = editor.kept.take().unwrap_or_else(|| fresh_box(scene));
-                scene.inside.clip.bounds = Some(bounds);
-            } else {
-                editor.kept = scene.inside.clip.bounds.take();
-            }
+            editor.toggle_box(scene);
         }
         if scene.inside.clip.bounds.is_some() {
             ui.checkbox(&mut editor.shows_box, "On the picture")

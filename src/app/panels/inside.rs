@@ -75,9 +75,7 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
         note_of(0, i).into_iter().for_each(|text| note_ui(ui, text));
         removed
     };
-    if listed_ui(ui, isosurfaces, MOST_ISOSURFACES, more, one) {
-        isosurfaces.push(Isosurface::first(&transfer, statistics));
-    }
+    let is_new_isosurface = listed_ui(ui, isosurfaces, MOST_ISOSURFACES, more, one);
     let more = ["Add slice", "slices", "A plane that shows the values on it in their colours"];
     let has_cells = splat.kernel == Kernel::Cells;
     let lattice = &volume.lattice;
@@ -87,29 +85,73 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
         note_of(1, i).into_iter().for_each(|text| note_ui(ui, text));
         removed
     };
-    let is_new = listed_ui(ui, slices, MOST_SLICES, more, one);
-    if is_new {
-        // The axis that has the fewest of them, and of these the one that is looked along most.
-        let on =
-            |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
-        #[expect(clippy::cast_possible_truncation, reason = "of 0 to 100")]
-        let beside_view = |axis: usize| {
-            let normal = Slice::across(lattice, axis, 0.5, 1.0).plane.normal.normalize_or_zero();
-            (100.0 * (1.0 - normal.dot(camera.direction).abs())).round() as i32
-        };
-        let axes = [2, 1, 0].into_iter();
-        let axis = axes.min_by_key(|axis| (on(*axis), beside_view(*axis))).unwrap_or_default();
-        // Through the middle of what shows, which may be a small part of the volume.
-        let ClipBox { low, high } = box_of_what_shows(&volume, &transfer);
-        slices.push(Slice::across(lattice, axis, (low[axis] + high[axis]) / 2.0, 1.0));
+    let had_slices = !slices.is_empty();
+    let is_new_slice = listed_ui(ui, slices, MOST_SLICES, more, one);
+    if had_slices && slices.is_empty() && isosurfaces.is_empty() {
+        show_again(scene);
     }
-    // Who asks for a section means to see it.
-    let new = scene.inside.slices.last().filter(|_| is_new);
-    if new.is_some_and(|slice| scene.little_seen_of_slice(slice).is_some()) {
-        scene.fade(true);
+    if is_new_isosurface {
+        add_isosurface(scene);
+    }
+    if is_new_slice {
+        add_slice(scene);
     }
     if (has_any || scene.is_faded()) && scene.inside.along == AlongRay::Composite {
         fade_ui(ui, scene);
+    }
+}
+
+/// An isosurface where matter becomes dense, of which something is seen: where the volume hides it, that is faded. None where there is
+/// no field, and no more than there may be.
+pub fn add_isosurface(scene: &mut Scene) {
+    let Some((volume, transfer)) = scene.volume().cloned().zip(scene.transfer().cloned()) else {
+        return;
+    };
+    if scene.inside.isosurfaces.len() == MOST_ISOSURFACES {
+        return;
+    }
+    let new = Isosurface::first(&transfer, &volume.statistics);
+    scene.inside.isosurfaces.push(new);
+    if scene.little_seen_of_isosurface(&new).is_some_and(|seen| seen <= NEXT_TO_NOTHING) {
+        scene.fade(true);
+    }
+}
+
+/// A slice through the middle of what shows, all of which is seen: where the volume hides it, that is faded. None where there is no
+/// field, and no more than there may be.
+pub fn add_slice(scene: &mut Scene) {
+    let Some((volume, transfer)) = scene.volume().cloned().zip(scene.transfer().cloned()) else {
+        return;
+    };
+    let Scene { inside, camera, .. } = scene;
+    let slices = &mut inside.slices;
+    if slices.len() == MOST_SLICES {
+        return;
+    }
+    let lattice = &volume.lattice;
+    // The axis that has the fewest of them, and of these the one that is looked along most.
+    let on =
+        |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
+    #[expect(clippy::cast_possible_truncation, reason = "of 0 to 100")]
+    let beside_view = |axis: usize| {
+        let normal = Slice::across(lattice, axis, 0.5, 1.0).plane.normal.normalize_or_zero();
+        (100.0 * (1.0 - normal.dot(camera.direction).abs())).round() as i32
+    };
+    let axes = [2, 1, 0].into_iter();
+    let axis = axes.min_by_key(|axis| (on(*axis), beside_view(*axis))).unwrap_or_default();
+    // What shows may be a small part of the volume.
+    let ClipBox { low, high } = box_of_what_shows(&volume, &transfer);
+    let new = Slice::across(lattice, axis, (low[axis] + high[axis]) / 2.0, 1.0);
+    slices.push(new);
+    if scene.little_seen_of_slice(&new).is_some() {
+        scene.fade(true);
+    }
+}
+
+/// A volume that was faded is as dense again as it was, once nothing lies in it any more.
+fn show_again(scene: &mut Scene) {
+    if scene.is_faded() && scene.vectors().is_empty() && scene.polygons().is_empty() {
+        scene.fade(false);
     }
 }
 

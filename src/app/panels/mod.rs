@@ -56,6 +56,9 @@ const VALUE_AND_RESET_WIDTH: f32 = 140.0;
 const CLOSED_AT_FIRST: [&str; 3] = ["Basis functions", POLYGONS, SPLATS];
 /// The section of polygons and labels.
 pub(super) const POLYGONS: &str = "Polygons and labels";
+/// And those of what lies in the volume, and of what is kept of it.
+pub(super) const INSIDE: &str = "Surfaces and slices";
+pub(super) const CLIP: &str = "Clip";
 /// The section of the mode; see [`super::modes::section`].
 pub(super) const SPLATS: &str = "Splats";
 
