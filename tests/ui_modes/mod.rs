@@ -40,9 +40,10 @@ fn mode(bench: &Bench) -> SplatSettings {
     mode
 }
 
-/// Presses a button by its name.
+/// Presses a button by its name; of two, as a menu and a dialog's, the one on top, which comes last.
 fn press(bench: &mut Bench, name: &str) {
-    bench.harness.get_by_role_and_label(Role::Button, name).click();
+    let buttons = bench.harness.get_all_by_role_and_label(Role::Button, name);
+    buttons.last().expect("the button").click();
     bench.settle();
 }
 

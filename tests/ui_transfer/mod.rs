@@ -527,7 +527,8 @@ fn a_curve_drawn_by_hand_passes_where_the_mouse_did() {
         let found = drawn.opacity_at(511.0 * fraction);
         assert!((found - opacity).abs() < 0.03, "{fraction}: {found} for {opacity}");
     }
-    assert_eq!(drawn.opacity_at(100.0), before.opacity_at(100.0));
+    // But for the last digit: it lies between other points now.
+    assert!((drawn.opacity_at(100.0) - before.opacity_at(100.0)).abs() < 1e-12);
     assert!(drawn.opacity.len() <= MOST_DRAWN_POINTS + before.opacity.len() + 2);
     undo(&mut bench);
     assert_eq!(function(&bench), before);
