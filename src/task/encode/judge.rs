@@ -22,6 +22,9 @@ const ROUNDING: f64 = 1e-9;
 /// The same of the boxes' corners, as a part of their diagonal.
 const SAME_PLACE: f64 = 1e-6;
 
+/// How often a fit that is not near enough goes on, at most, and how much nearer than that it aims.
+const NEARER: usize = 6;
+const ENOUGH: f64 = 0.98;
 /// How often a fit goes on to fill a file, at most.
 const FILLINGS: usize = 6;
 /// It is full where less than one part in so many is free.
@@ -101,7 +104,9 @@ impl Judge<'_> {
         (mut found, mut best): (Encoding, Encoded),
         mut told: impl FnMut(Step) -> ControlFlow<()>,
     ) -> Result<Encoded, FieldError> {
-        let Some(most) = self.source.wanted_bytes else { return Ok(best) };
+        let Some(most) = self.source.wanted_bytes else {
+            return self.reached(aim, (found, best), told);
+        };
         // So many are too many.
         let mut beyond = self.most_functions.saturating_add(1);
         for _ in 0..FILLINGS {
@@ -126,6 +131,48 @@ impl Judge<'_> {
             match self.rounded(&next, best.errors.max)? {
                 Some(rounded) => (found, best) = (next, rounded),
                 None => beyond = next.functions().len(),
+            }
+            if is_ended.get() {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    /// Goes on from a fit that has come as near as it aimed, where what a file holds of it is not as near as asked for: it is held
+    /// against the samples alone, after rounding, and fitted to places between those of meshes, too.
+    fn reached(
+        &self,
+        mut aim: Goal,
+        (mut found, mut best): (Encoding, Encoded),
+        mut told: impl FnMut(Step) -> ControlFlow<()>,
+    ) -> Result<Encoded, FieldError> {
+        for _ in 0..NEARER {
+            let has_room = found.functions().len() < aim.functions;
+            let is_reached = self.goal.is_met(&best.errors);
+            if is_reached || !has_room || !aim.is_met(&found.errors(self.fitted_to, self.ticket)?) {
+                break;
+            }
+            let share =
+                |goal: f64, error: f64| if error > goal { ENOUGH * goal / error } else { 1.0 };
+            aim.max_error *= share(self.goal.max_error, best.errors.max);
+            aim.mean_error *= share(self.goal.mean_error, best.errors.mean);
+            let is_ended = Cell::new(false);
+            let told = |step: Step| {
+                let flow = told(step);
+                is_ended.set(is_ended.get() || flow.is_break());
+                flow
+            };
+            let next = resume(self.fitted_to, &found, aim, self.ticket, told)?;
+            if next.functions() == found.functions() {
+                break;
+            }
+            // Who asks for a mean does not mind one sample.
+            let minds = self.goal.max_error.is_finite();
+            let most = if minds { best.errors.max } else { f64::INFINITY };
+            match self.rounded(&next, most)? {
+                Some(rounded) => (found, best) = (next, rounded),
+                None => break,
             }
             if is_ended.get() {
                 break;
