@@ -177,10 +177,9 @@ impl InsideFlags {
         let inside = Inside {
             clip: Clip { faces, ..clip },
             along: self.projection.unwrap_or_default(),
-            projected_range: None,
-            projected_grey: false,
             slices: slices.map(|slice| Slice { only_shown, edges, ..slice }).collect(),
             isosurfaces: self.iso.clone(),
+            ..Inside::default()
         };
         inside.check(splat).map_err(|error| error.to_string())?;
         if self.cut_faces && !inside.clip.cuts() {

@@ -50,8 +50,11 @@ const LIT_SLABS: f64 = 256.0;
 const SLABS_A_WALL: f64 = 2.0;
 /// But no thinner than this many to a sample, where none is left (EMD-3197.map, 20³; of demo:head, 128³, two leave traces).
 const MOST_LIT_SLABS: f64 = 4.0;
-/// How much of the colours' range of a cloud lies above its last colour.
+/// How much of the colours' range of an unlit cloud lies above its last colour: little of it is as bright as its brightest.
 const ABOVE_BRIGHT: f64 = 0.25;
+/// How far beyond the values of a lit cloud its colours go, in parts of their range: in its darkest and brightest colours light
+/// makes no shape.
+const BEYOND_LIT: [f64; 2] = [0.1, 0.2];
 /// How far below the least value of a cloud its colours begin, in parts of their range.
 const ABOVE_DARK: f64 = 0.3;
 /// A volume that is thinner than this share of its next side is seen onto its slices.
@@ -152,20 +155,27 @@ impl FirstLook {
             }
             *map = ColourMap::Viridis;
         }
-        if let (false, false, ColourSource::Map { map: ColourMap::Viridis, range }) =
-            (is_lit, is_picture, &mut transfer.colour)
-            && volume.scattered.is_none()
-            && transfer.opacity.is_sorted_by(|a, b| a.1 <= b.1)
+        let is_cloud = !is_picture && !is_of_cells && !is_of_names;
+        let is_denser = transfer.opacity.is_sorted_by(|a, b| a.1 <= b.1);
+        if let (true, ColourSource::Map { map: ColourMap::Viridis, range: [low, high] }) =
+            (is_cloud, &mut transfer.colour)
         {
-            // Of a cloud little is as bright as its brightest.
-            range[1] -= ABOVE_BRIGHT * (range[1] - range[0]);
+            let width = *high - *low;
+            match presets::is_of_chance(statistics) {
+                _ if is_lit => {
+                    *low -= BEYOND_LIT[0] * width;
+                    *high += BEYOND_LIT[1] * width;
+                }
+                false if is_denser => *high -= ABOVE_BRIGHT * width,
+                _ => {}
+            }
         }
         let splat = match is_of_names {
             _ if volume.functions.is_some() => SplatSettings::FUNCTIONS,
             _ if let Some(own) = SplatSettings::of_cells_or_points(volume) => own,
             true => SplatSettings::NAMES,
             false if is_thick && !is_picture => SplatSettings::SMOOTH,
-            false if is_lit && Kind::of(statistics) == Kind::Rounded => SplatSettings::SMOOTH,
+            false if Kind::of(statistics) == Kind::Rounded && !is_picture => SplatSettings::SMOOTH,
             false => SplatSettings::EXACT,
         };
         let slabs_per_voxel = match (splat, depth, &volume.cells) {

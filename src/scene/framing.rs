@@ -7,7 +7,7 @@ use crate::core::parallel;
 use crate::core::{Camera, Projection};
 use crate::polygons::Mesh;
 use crate::transfer::TransferFunction;
-use crate::volume::ScalarVolume;
+use crate::volume::{Lattice, ScalarVolume};
 
 /// Samples that are looked at to find what of a volume shows, at most.
 const MOST_LOOKED_AT: usize = 1 << 19;
@@ -27,6 +27,11 @@ fn shows_all(transfer: &TransferFunction, [low, high]: [f64; 2]) -> bool {
     within.chain([low, high]).all(|value| transfer.opacity_at(value) > 0.0)
 }
 
+/// Every which sample along each axis is looked at.
+fn step_between_looked_at(lattice: &Lattice) -> usize {
+    (lattice.len() as f64 / MOST_LOOKED_AT as f64).cbrt().ceil().max(1.0) as usize
+}
+
 /// Where what shows of a volume lies along three unit directions, from the lattice's middle, world units; `None` where
 /// nothing does. Opacities are those of a transfer function, and single voxels apart do not count.
 fn shown(
@@ -35,7 +40,7 @@ fn shown(
     along: [DVec3; 3],
 ) -> Option<[[f64; 2]; 3]> {
     let lattice = volume.lattice;
-    let step = (lattice.len() as f64 / MOST_LOOKED_AT as f64).cbrt().ceil().max(1.0) as usize;
+    let step = step_between_looked_at(&lattice);
     let [nx, ny, nz] = lattice.dims;
     let (centre, reach) = (lattice.centre(), lattice.bounding_radius());
     // The first of each row, column and layer that is looked at, so that what is left out is shared by both ends.
@@ -121,8 +126,11 @@ pub fn box_of_what_shows(volume: &ScalarVolume, transfer: &TransferFunction) -> 
 /// The box along a volume's own axes that holds every sample of it that shows, and what lies up to the next ones, as far as few of many
 /// samples tell; where nothing shows, and about a mesh or points, all of it.
 pub fn box_of_all_that_shows(volume: &ScalarVolume, transfer: &TransferFunction) -> ClipBox {
+    if volume.own_bounds.is_some() {
+        return ClipBox::WHOLE;
+    }
     let lattice = &volume.lattice;
-    let step = (lattice.len() as f64 / MOST_LOOKED_AT as f64).cbrt().ceil().max(1.0) as usize;
+    let step = step_between_looked_at(lattice);
     let [nx, ny, nz] = lattice.dims;
     let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);
     for z in (0..nz).step_by(step) {
@@ -138,7 +146,7 @@ pub fn box_of_all_that_shows(volume: &ScalarVolume, transfer: &TransferFunction)
             }
         }
     }
-    if volume.own_bounds.is_some() || low[0] == usize::MAX {
+    if low[0] == usize::MAX {
         return ClipBox::WHOLE;
     }
     let share = |at: f64, axis: usize| (at / lattice.dims[axis] as f64).clamp(0.0, 1.0);
@@ -314,7 +322,7 @@ mod tests {
     use crate::core::Ticket;
     use crate::scene::{NamedView, Orientation, SampleSource, opening};
     use crate::transfer::{ColourMap, ColourSource};
-    use crate::volume::{Association, Component, Field, Grid, Lattice, Samples, Shape};
+    use crate::volume::{Association, Component, Field, Grid, Samples, Shape};
 
     #[test]
     fn all_of_a_range_shows_where_no_value_has_no_opacity() {

@@ -47,7 +47,7 @@ impl Preset {
         }
         match (self.in_hounsfield_units(), Kind::of(statistics)) {
             (Some(function), Kind::Ct { zero }) => shifted(function, zero),
-            _ => by_percentiles(statistics, self.map(), |_| self.by_fraction()),
+            _ => by_percentiles(statistics, self.map(), |_, _| self.by_fraction()),
         }
     }
 

@@ -5,6 +5,13 @@ pub use super::named_presets::Preset;
 use super::{ColourMap, ColourSource, Kind, TransferFunction};
 use crate::volume::Statistics;
 
+/// Where more than this share of a volume is no background, the commonest of it hides the rest,
+const FILLED: f64 = 0.5;
+/// which is rare where nine tenths reach no farther up than this. (Vessels in a brick of tissue: 0.24. Heads: 0.5 and more.)
+const RARE: f64 = 0.33;
+/// Where nine tenths reach up to here, what is densest was cut off, as of CT in a window: all of it is the same matter. (A skull:
+/// 0.961. A vase: 0.944. A tooth: 0.914.)
+const CUT_OFF: f64 = 0.95;
 /// Bins of the working histogram over the robust range.
 const BINS: usize = 128;
 /// A value held by this part of the samples is a background of its own, whatever surrounds it.
@@ -90,8 +97,8 @@ pub(super) fn ct(opacity: Vec<(f64, f64)>, range: [f64; 2]) -> TransferFunction 
 ///
 /// CT has that of soft tissue, labels a colour each, maps of electron microscopes a face at five times their noise. Of values that
 /// lie about one as those of chance do what stands out is shown. Of all else the commonest value (air, water, zero) is hidden, what
-/// lies beyond the valley after it is shown, translucent where there is much of it and opaque where there is little, and coloured
-/// over the range it fills: in the colours of anatomy where values are whole numbers up to 255, in greys where these are larger, in
+/// lies beyond the valley after it is shown, translucent where there is much of it and opaque where there is little or where the scale
+/// ends within it; where it fills the volume, what is rare of it alone; and it is coloured over the range it fills: in the colours of anatomy where values are whole numbers up to 255, in greys where these are larger, in
 /// viridis where they are fractions or as smooth as such, or where what is hidden is the brightest. Outliers move neither, nor do
 /// marks that somebody burned into a scan: these are hidden.
 pub fn default_for(statistics: &Statistics) -> TransferFunction {
@@ -116,10 +123,15 @@ pub fn default_for(statistics: &Statistics) -> TransferFunction {
         (Kind::WholeNumbers, _) => ColourMap::Gray,
         (Kind::Rounded | Kind::Fractions, None) => ColourMap::Viridis,
     };
-    by_percentiles(statistics, map, |share| {
+    by_percentiles(statistics, map, |share, upto| {
+        if share > FILLED && upto < RARE {
+            return [(0.5, 0.0), (0.9, 0.02), (0.995, 0.8)];
+        }
         // Much visible matter must be thinner to be looked through.
         let thin = (0.15 / share.max(0.01)).clamp(0.25, 1.0);
-        [(0.5, 0.08 * thin), (0.9, 0.35 * thin), (0.995, 0.8)]
+        let is_cut_off = map == ColourMap::CtLike && upto > CUT_OFF;
+        let dense = if is_cut_off { 0.8 } else { 0.35 * thin };
+        [(0.5, 0.08 * thin), (0.9, dense), (0.995, 0.8)]
     })
 }
 
@@ -135,7 +147,7 @@ pub fn of_outside(statistics: &Statistics) -> TransferFunction {
                 _ => ColourMap::Gray,
             };
             let mut function =
-                by_percentiles(statistics, map, |_| [(0.1, 0.3), (0.5, 0.5), (0.995, 0.85)]);
+                by_percentiles(statistics, map, |_, _| [(0.1, 0.3), (0.5, 0.5), (0.995, 0.85)]);
             if let ColourSource::Map { range: [low, high], .. } = &mut function.colour {
                 // What is seen is the outermost, which is seldom the brightest.
                 *high = *low + OUTERMOST * (*high - *low);
@@ -236,6 +248,12 @@ fn bell(statistics: &Statistics) -> Option<[f64; 2]> {
         .then_some([middle, (high - low) / 2.0])
 }
 
+/// Whether values lie about one as those of chance do, so that what stands out of them is shown.
+pub fn is_of_chance(statistics: &Statistics) -> bool {
+    let kind = Kind::of(statistics);
+    matches!(kind, Kind::EightBits | Kind::Rounded | Kind::Fractions) && bell(statistics).is_some()
+}
+
 /// What stands out of a field that goes up and down everywhere: with the rest it would be a block.
 fn of_fluctuations(statistics: &Statistics, [median, deviation]: [f64; 2]) -> TransferFunction {
     let points = FLUCTUATIONS.map(|(times, opacity)| (median + times * deviation, opacity));
@@ -309,11 +327,12 @@ pub(super) fn of_constant(statistics: &Statistics, map: ColourMap) -> TransferFu
 }
 
 /// Nothing of the commonest value; beyond it the opacities that `shape` gives to fractions of the
-/// values there (ascending), knowing their share of the volume, and the last one held to the end.
+/// values there (ascending), and the last one held to the end. It knows their share of the volume, and how far up from the commonest
+/// to the greatest of them, outliers apart, nine tenths of them reach.
 pub(super) fn by_percentiles(
     statistics: &Statistics,
     map: ColourMap,
-    shape: impl Fn(f64) -> [(f64, f64); 3],
+    shape: impl Fn(f64, f64) -> [(f64, f64); 3],
 ) -> TransferFunction {
     let mut background = Background::find(statistics);
     // Bin edges are rounded.
@@ -331,7 +350,8 @@ pub(super) fn by_percentiles(
     };
     let mut opacity = vec![(near, 0.0)];
     let share = visible.len() as f64 / statistics.quantiles.len().max(1) as f64;
-    let shape = shape(share);
+    let upto = (from_edge(0.9) - near) / (from_edge(0.995) - near);
+    let shape = shape(share, upto);
     opacity.extend(shape.map(|(fraction, alpha)| (from_edge(fraction), alpha)));
     opacity.push((far, shape[2].1));
     if background.side == Side::High {

@@ -71,9 +71,9 @@ impl Scene {
         self.most_opacity() > LEAST_TO_FADE
     }
 
-    /// Whether the field is as faint as one that was faded.
+    /// Whether the field was faded, and is as faint still.
     pub fn is_faded(&self) -> bool {
-        (f64::MIN_POSITIVE..=FADED).contains(&self.most_opacity())
+        self.inside.is_faded && (f64::MIN_POSITIVE..=FADED).contains(&self.most_opacity())
     }
 
     /// Turns all opacities of the field down, so that what lies in it is seen, or up again.
@@ -81,6 +81,7 @@ impl Scene {
         let Some(transfer) = self.transfer_mut() else { return };
         let factor = if is_faded { FADED } else { 1.0 / FADED };
         transfer.opacity.iter_mut().for_each(|(_, a)| *a = (*a * factor).min(1.0));
+        self.inside.is_faded = is_faded;
     }
 
     fn little_seen(&self, places: impl Fn(&Matter<'_>) -> Vec<DVec3>) -> Option<f64> {
@@ -257,6 +258,10 @@ mod tests {
         assert!(scene.is_faded() && !scene.can_fade());
         scene.fade(false);
         assert_eq!(scene.transfer().cloned(), dense);
+        let by_hand = |transfer: &mut TransferFunction| transfer.opacity = vec![(0.0, 0.001)];
+        let mut faint = scene.clone();
+        faint.transfer_mut().into_iter().for_each(by_hand);
+        assert!(!faint.is_faded(), "nobody faded it");
         let beside = Slice::across(&lattice, 2, 3.0, 1.0);
         let clear = Slice { opacity: 0.0, ..slice };
         let both = [beside, clear].map(|slice| hides(&scene, &slice));

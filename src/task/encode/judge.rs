@@ -117,22 +117,13 @@ impl Judge<'_> {
             if more == 0 || free * UNFILLED < most || self.goal.is_met(&best.errors) {
                 break;
             }
-            let is_ended = Cell::new(false);
-            let told = |step: Step| {
-                let flow = told(step);
-                is_ended.set(is_ended.get() || flow.is_break());
-                flow
-            };
             let aim = Goal { functions: count + more, ..aim };
-            let next = resume(self.fitted_to, &found, aim, self.ticket, told)?;
-            if next.functions() == found.functions() {
-                break;
-            }
+            let Some((next, is_ended)) = self.further(&found, aim, &mut told)? else { break };
             match self.rounded(&next, best.errors.max)? {
                 Some(rounded) => (found, best) = (next, rounded),
                 None => beyond = next.functions().len(),
             }
-            if is_ended.get() {
+            if is_ended {
                 break;
             }
         }
@@ -157,16 +148,7 @@ impl Judge<'_> {
                 |goal: f64, error: f64| if error > goal { ENOUGH * goal / error } else { 1.0 };
             aim.max_error *= share(self.goal.max_error, best.errors.max);
             aim.mean_error *= share(self.goal.mean_error, best.errors.mean);
-            let is_ended = Cell::new(false);
-            let told = |step: Step| {
-                let flow = told(step);
-                is_ended.set(is_ended.get() || flow.is_break());
-                flow
-            };
-            let next = resume(self.fitted_to, &found, aim, self.ticket, told)?;
-            if next.functions() == found.functions() {
-                break;
-            }
+            let Some((next, is_ended)) = self.further(&found, aim, &mut told)? else { break };
             // Who asks for a mean does not mind one sample.
             let minds = self.goal.max_error.is_finite();
             let most = if minds { best.errors.max } else { f64::INFINITY };
@@ -174,11 +156,28 @@ impl Judge<'_> {
                 Some(rounded) => (found, best) = (next, rounded),
                 None => break,
             }
-            if is_ended.get() {
+            if is_ended {
                 break;
             }
         }
         Ok(best)
+    }
+
+    /// A fit that a fit becomes by functions added, and whether who is told ended it; `None` where none were.
+    fn further(
+        &self,
+        found: &Encoding,
+        aim: Goal,
+        told: &mut impl FnMut(Step) -> ControlFlow<()>,
+    ) -> Result<Option<(Encoding, bool)>, FieldError> {
+        let mut is_ended = false;
+        let told = |step: Step| {
+            let flow = told(step);
+            is_ended |= flow.is_break();
+            flow
+        };
+        let next = resume(self.fitted_to, found, aim, self.ticket, told)?;
+        Ok((next.functions() != found.functions()).then_some((next, is_ended)))
     }
 
     /// With the errors of all samples, and of those that are favoured.

@@ -379,3 +379,17 @@ fn no_place_in_a_mesh_is_further_beyond_its_range_than_is_told() {
     // Between the places that were asked is more, but not much.
     assert!(beyond <= 1.3 * fit.overshoot + 0.01 * (high - low), "{beyond} {}", fit.overshoot);
 }
+
+#[test]
+fn a_mesh_is_as_near_at_its_points_as_was_asked_for_though_it_is_fitted_between_them_too() {
+    let grid = demo::open("mesh", Some(6)).expect("a demo");
+    for percent in [4.0, 2.0] {
+        let wanted = Some(Wanted::Percent(percent));
+        let asked = Asked { max_error: None, mean_error: wanted, functions: 400, ..FEW };
+        let fit = fitted(&grid, asked, None).expect("samples");
+        let [low, high] = fit.source.range.expect("known");
+        let most = percent / 100.0 * (high - low);
+        assert!(fit.errors.mean <= most, "{percent} %: {} of {most}", fit.errors.mean);
+        assert!(fit.encoding.functions().len() < 400, "{percent} %");
+    }
+}
