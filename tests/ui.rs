@@ -215,6 +215,7 @@ fn every_shortcut_does_what_it_says() {
             | Action::CopyTransfer
             | Action::PasteTransfer
             | Action::ToggleFade
+            | Action::ShowFaded
             | Action::ShowVectors
             | Action::AddSlice
             | Action::AddIsosurface
@@ -294,7 +295,7 @@ fn every_shortcut_does_what_it_says() {
                 assert!(insists, "{effort:?}");
             }
             Action::ToggleAnimation => {
-                assert!(bench.shows("There are no vectors to animate: choose some under Vectors"));
+                assert!(bench.shows("Vectors are what is animated, and this file has none"));
             }
             Action::ToggleLights => {
                 assert!(bench.window().scene().unwrap().shading.lighting.is_some());
@@ -371,6 +372,10 @@ fn every_shortcut_does_what_it_says() {
                 assert!(!bench.window().compare().on);
             }
             Action::ToggleDifference => {
+                assert_eq!(bench.window().compare().display, Display::Split);
+                assert!(bench.shows("Differences are between two pictures: compare first, with C"));
+                bench.harness.key_press(Key::C);
+                press(&mut bench);
                 assert_eq!(bench.window().compare().display, Display::Difference);
                 press(&mut bench);
                 assert_eq!(bench.window().compare().display, Display::Split);

@@ -40,6 +40,7 @@ pub enum Action {
     Converge,
     ToggleLights,
     ToggleFade,
+    ShowFaded,
     ShowVectors,
     ToggleScalarBar,
     ToggleScaleBar,
@@ -141,7 +142,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 53] = [
+pub const ACTIONS: [Entry; 54] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -357,7 +358,14 @@ pub const ACTIONS: [Entry; 53] = [
         Menu::View,
         "Fade the volume",
         None,
-        "Turn all opacities down, so that what lies inside the volume is seen, or up again",
+        "Draw the volume with a small part of its opacities, so that what lies inside it is seen, or with all of them again",
+    ),
+    entry(
+        Action::ShowFaded,
+        Menu::View,
+        "Show the volume again",
+        None,
+        "Draw the volume, which was faded, with all of its opacities again",
     ),
     entry(
         Action::ShowVectors,

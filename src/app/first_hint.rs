@@ -12,9 +12,9 @@ const FEW_WORDS: &str = "Drag to turn · H: every key";
 /// Room that the words ask for, and their height with what they lie on, points.
 const WIDTH: f32 = 340.0;
 const FEW_WIDTH: f32 = 210.0;
-const HEIGHT: f32 = 30.0;
-/// Its distance from the lower edge, points: over the scale bar, which may stand beside it.
-const ABOVE: f32 = 44.0;
+const HEIGHT: f32 = 26.0;
+/// The distance of its middle from the lower edge, points: in the margin about what a first look shows, where there is one.
+const ABOVE: f32 = 20.0;
 /// Seconds after which it goes by itself: it lies over the picture.
 const SHOWN_SECS: f64 = 15.0;
 /// Seconds that it takes to go.

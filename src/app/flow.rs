@@ -6,6 +6,7 @@ use std::sync::Arc;
 use eframe::egui::Context;
 use glam::DVec3;
 
+use super::actions::Action;
 use super::job::{Ended, Job};
 use super::vectors::faded_for;
 use super::window::Window;
@@ -151,7 +152,7 @@ impl Window {
                     None => scene.add(source, layer),
                 }
                 if scene.uncover(places.iter().copied()) {
-                    self.notices.note(faded_for(&name));
+                    self.notices.offer(Action::ShowFaded, faded_for(&name));
                 }
             }
             Ended::Finished(Err(None)) => {}

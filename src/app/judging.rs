@@ -20,7 +20,7 @@ use super::{modes, theme};
 use crate::accuracy::psnr_from_rmse;
 use crate::core::colour::srgb_encoder;
 use crate::kernel::Kernel;
-use crate::scene::{SplatSettings, Visibility};
+use crate::scene::{Scene, SplatSettings, Visibility};
 use crate::task::engine::{EngineState, Picture, SecondPicture};
 use crate::task::remaining::WITHIN_DB;
 
@@ -153,7 +153,8 @@ impl Window {
                 self.compare.divider = share;
                 let x = divider_x(area, share);
                 let verdict = verdict_words(second.rmse);
-                let texts = [names[0].clone(), format!("{} · {verdict}", names[1])];
+                let lacks = lacking(scene, self.compare.second);
+                let texts = [names[0].clone(), format!("{}{lacks} · {verdict}", names[1])];
                 let aligns = [Align2::RIGHT_BOTTOM, Align2::LEFT_BOTTOM];
                 let sides = [pos2(x - 10.0, bottom), pos2(x + 10.0, bottom)];
                 let halves = [
@@ -235,6 +236,19 @@ impl Window {
         if self.compare.second.check().is_err() {
             self.compare.second = SplatSettings::SHADE_FIRST;
         }
+    }
+}
+
+/// What a scene shows and another mode of it does not: `, without isosurfaces and slices`.
+fn lacking(scene: &Scene, mode: SplatSettings) -> String {
+    let second = Scene { splat: mode, ..scene.clone() };
+    let shown = second.effects();
+    let lacks = scene.effects().into_iter().filter(|effect| !shown.contains(effect));
+    let names: Vec<String> = lacks.map(|effect| effect.name().to_lowercase()).collect();
+    match names.split_last() {
+        None => String::new(),
+        Some((last, [])) => format!(", without {last}"),
+        Some((last, others)) => format!(", without {} and {last}", others.join(", ")),
     }
 }
 

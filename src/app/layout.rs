@@ -98,7 +98,12 @@ impl Window {
             ui.menu_button("Edit", |ui| edit_menu_ui(ui, &steps, &mut chosen));
             ui.menu_button("Add", |ui| self.menu_entries_ui(ui, Menu::Add, |_| true, &mut chosen));
             ui.menu_button("View", |ui| {
-                let is_there = |action| action != Action::ShowVectors || self.has_hidden_vectors();
+                let is_faded = self.scene.as_ref().is_some_and(|scene| scene.inside.is_faded);
+                let is_there = |action| match action {
+                    Action::ShowVectors => self.has_hidden_vectors(),
+                    Action::ShowFaded => is_faded,
+                    _ => true,
+                };
                 self.menu_entries_ui(ui, Menu::View, is_there, &mut chosen);
             });
             ui.menu_button("Camera", |ui| self.camera_menu_ui(ui, &mut chosen));
@@ -179,6 +184,7 @@ impl Window {
                 ui.separator();
             }
             let is_on = self.is_on(entry.action);
+            let reason = self.why_not(entry.action);
             // Menus with ticks have room for one before each name.
             let mut button = match menu {
                 Menu::Add | Menu::View | Menu::Camera => {
@@ -189,16 +195,21 @@ impl Window {
             if let Some(shortcut) = &entry.shortcut {
                 button = button.shortcut_text(ui.ctx().format_shortcut(shortcut));
             }
-            let shown = button.atom_ui(ui);
+            let shown = ui.add_enabled_ui(reason.is_none(), |ui| button.atom_ui(ui)).inner;
             if let Some(rect) = shown.rect(tick).filter(|_| is_on == Some(true)) {
                 paint_tick(ui.painter(), rect);
             }
             let mut response = shown.response;
             if let Some(is_on) = is_on {
-                response
-                    .widget_info(|| WidgetInfo::selected(Role::Button, true, is_on, entry.name));
+                let is_enabled = reason.is_none();
+                response.widget_info(|| {
+                    WidgetInfo::selected(Role::Button, is_enabled, is_on, entry.name)
+                });
             }
             response = response.on_hover_text(entry.help);
+            if let Some(reason) = reason {
+                response = response.on_disabled_hover_text(reason);
+            }
             if response.clicked() {
                 *chosen = Some(entry.action);
             }
@@ -303,6 +314,7 @@ impl Window {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
+        let inside_before = scene.inside.clone();
         section_ui(ui, sections, INSIDE, |ui| {
             inside::inside_ui(ui, scene, space);
         });
@@ -347,6 +359,7 @@ impl Window {
             // What is seen now may reach farther.
             self.fit(view);
         }
+        self.tell_of_inside(&inside_before);
         match vector_request.flatten().flatten() {
             Some(VectorRequest::Field(source)) => self.choose_vectors(ui.ctx(), false, source),
             Some(VectorRequest::Second(source)) => self.choose_vectors(ui.ctx(), true, source),

@@ -192,7 +192,12 @@ fn next_free(folder: &Path, stem: &str, extension: &str) -> PathBuf {
 pub(super) fn file_stem(name: &str) -> String {
     let stem = match name.strip_prefix(super::document::DEMO_PREFIX) {
         Some(demo) => demo,
-        None => name.rsplit_once('.').map_or(name, |(stem, _)| stem),
+        None => {
+            // What a file is compressed with stands behind what it is.
+            let plain = [".gz", ".bz2"].iter().find_map(|end| name.strip_suffix(end));
+            let plain = plain.unwrap_or(name);
+            plain.rsplit_once('.').map_or(plain, |(stem, _)| stem)
+        }
     };
     let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
     let stem: String = stem.chars().map(safe).collect();
@@ -236,6 +241,8 @@ mod tests {
     #[test]
     fn names_of_volumes_become_names_of_files() {
         assert_eq!(file_stem("tooth.nrrd"), "tooth");
+        assert_eq!(file_stem("CT_pitch.nii.gz"), "CT_pitch");
+        assert_eq!(file_stem("scan.gz"), "scan");
         assert_eq!(file_stem("demo:tornado"), "tornado");
         assert_eq!(file_stem("a b/c.raw"), "a_b_c");
         assert_eq!(file_stem("..."), "volume");

@@ -31,7 +31,7 @@ impl SliceHandles {
         let painter = ui.painter_at(area.rect);
         let mut dragged = false;
         for (i, slice) in scene.inside.slices.iter_mut().enumerate() {
-            let outline = outline(&slice.plane, &lattice);
+            let outline = slice.plane.outline(&lattice);
             let corners: Option<Vec<Pos2>> = outline.iter().map(|&at| place(at)).collect();
             // With a corner behind the eye there is no frame, but for what is written in the panel.
             let Some(corners) = corners.filter(|corners| corners.len() > 2) else { continue };
@@ -84,31 +84,6 @@ fn move_to(slice: &mut Slice, point: DVec3, lattice: &Lattice) {
     slice.plane.point = point + normal * (height.max(-reach).min(reach) - height);
 }
 
-/// The corners of what a plane cuts out of a volume, one after the other around it, index space.
-fn outline(plane: &Plane, lattice: &Lattice) -> Vec<DVec3> {
-    let half = plane.in_index(lattice);
-    let size = DVec3::from(lattice.dims.map(|n| n as f64));
-    let corner = |bits: usize| {
-        DVec3::from([0, 1, 2].map(|axis| (bits >> axis & 1) as f64 * size[axis])) - 0.5
-    };
-    let mut found: Vec<DVec3> = Vec::new();
-    for axis in 0..3 {
-        for bits in (0..8).filter(|bits| bits >> axis & 1 == 0) {
-            let (a, b) = (corner(bits), corner(bits | 1 << axis));
-            let [at_a, at_b] = [a, b].map(|end| half.normal.dot(end) - half.least);
-            if (at_a <= 0.0) != (at_b <= 0.0) {
-                found.push(a.lerp(b, at_a / (at_a - at_b)));
-            }
-        }
-    }
-    let middle = found.iter().sum::<DVec3>() / found.len().max(1) as f64;
-    let first = half.normal.any_orthonormal_vector();
-    let second = half.normal.cross(first);
-    let angle = |at: &DVec3| (*at - middle).dot(second).atan2((*at - middle).dot(first));
-    found.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
-    found
-}
-
 /// Where the handle of an outline is: in the middle of the side that lies lowest on the picture, where it is apart from
 /// those of others.
 fn handle(outline: &[DVec3], place: impl Fn(DVec3) -> Option<Pos2>) -> Option<(DVec3, Pos2)> {
@@ -131,7 +106,7 @@ mod tests {
         let spacing = DVec3::new(1.0, 1.0, 2.0);
         let lattice = Lattice { spacing, ..Lattice::unit([8, 4, 6]) };
         let across = Slice::across(&lattice, 0, 0.25, 1.0).plane;
-        let corners = outline(&across, &lattice);
+        let corners = across.outline(&lattice);
         assert_eq!(corners.len(), 4);
         for pair in [(0, 1), (1, 2), (2, 3), (3, 0)] {
             let side = corners[pair.1] - corners[pair.0];
@@ -139,14 +114,14 @@ mod tests {
         }
         assert!(corners.iter().all(|at| (at.x - 1.5).abs() < 1e-12));
         let oblique = Plane { point: lattice.centre(), normal: DVec3::new(1.0, 1.0, 0.5) };
-        let corners = outline(&oblique, &lattice);
+        let corners = oblique.outline(&lattice);
         assert!((3..=6).contains(&corners.len()), "{}", corners.len());
         for at in &corners {
             let off = (lattice.world_from_index(*at) - oblique.point).dot(oblique.normal);
             assert!(off.abs() < 1e-9, "{off}");
         }
         let beside = Plane { point: DVec3::splat(100.0), ..oblique };
-        assert!(outline(&beside, &lattice).is_empty());
+        assert!(beside.outline(&lattice).is_empty());
     }
 
     #[test]

@@ -140,6 +140,7 @@ impl State {
             () if a.inside.clip != b.inside.clip => "clip",
             () if a.inside.slices != b.inside.slices => "slices",
             () if a.inside.isosurfaces != b.inside.isosurfaces => "isosurfaces",
+            () if a.inside.is_faded != b.inside.is_faded => "fading the volume",
             () if a.inside != b.inside => "rendering",
             () if a.up != b.up => "up axis",
             () if self.compare != after.compare => "comparison",

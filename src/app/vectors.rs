@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use eframe::egui::Context;
 
+use super::actions::Action;
 use super::document::Document;
 use super::job::{Ended, Job};
 use super::window::Window;
@@ -21,9 +22,7 @@ pub(super) const MOST_FPS: u32 = 20;
 
 /// What is said where the field was faded for what lies in it.
 pub(super) fn faded_for(name: &str) -> String {
-    format!(
-        "The volume would hide the {name}, so it was faded: Fade the volume, under View, brings it back"
-    )
+    format!("The volume would hide the {name}, so it was faded")
 }
 
 /// Which fields of the open file are drawn as vectors.
@@ -202,7 +201,7 @@ impl Window {
                         scene.add(source, opening);
                         // Who asks for them means to see them.
                         if scene.uncover((0..field.vectors.len()).map(|i| field.places.at(i).0)) {
-                            self.notices.note(faded_for("vectors"));
+                            self.notices.offer(Action::ShowFaded, faded_for("vectors"));
                         }
                     }
                 }
@@ -217,11 +216,6 @@ impl Window {
 
     /// Starts or stops the animation.
     pub(super) fn toggle_animation(&mut self, ctx: &Context) {
-        let has_vectors = self.scene.as_ref().is_some_and(|scene| !scene.vectors().is_empty());
-        if !has_vectors {
-            self.notices.hint("There are no vectors to animate: choose some under Vectors");
-            return;
-        }
         let runs = self.vectors.clock.is_running();
         self.vectors.clock.set_running(!runs, ctx.time());
     }

@@ -40,7 +40,7 @@ use super::panels::accuracy::AccuracyPanel;
 use super::panels::clip::ClipEditor;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
-use super::panels::{CLIP, INSIDE, inside};
+use super::panels::{self, CLIP, INSIDE, inside};
 use super::polygons::{Polygons, Surfaces};
 use super::probing::Probing;
 use super::rate::PictureRate;
@@ -49,10 +49,12 @@ use super::settings::Settings;
 use super::slice_handles::SliceHandles;
 use super::theme;
 use super::undoing::State;
-use super::vectors::Vectors;
+use super::vectors::{Vectors, faded_for};
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
-use crate::scene::{Annotation, Annotations, Moving, NamedView, Orientation, Scene, SplatSettings};
+use crate::scene::{
+    Annotation, Annotations, Inside, Moving, NamedView, Orientation, Scene, SplatSettings,
+};
 use crate::task::annotations::beside_bars;
 use crate::task::engine::EngineState;
 use crate::task::level::LevelOfDetail;
@@ -289,6 +291,10 @@ impl Window {
 
     /// Does what a command says.
     pub(super) fn perform(&mut self, ctx: &Context, action: Action) {
+        if let Some(reason) = self.why_not(action) {
+            self.notices.hint(reason);
+            return;
+        }
         match action {
             Action::Open => self.file_dialog = Some((self.parts.chooser)(ctx)),
             Action::OpenFolder => self.file_dialog = Some(FileDialog::open_folder(ctx)),
@@ -327,12 +333,15 @@ impl Window {
             Action::ToggleProbe => self.toggle_probe(ctx),
             Action::EndTools => self.end_tools(ctx),
             Action::ToggleAnimation => self.toggle_animation(ctx),
-            Action::AddSlice => self.add_inside(inside::add_slice),
-            Action::AddIsosurface => self.add_inside(inside::add_isosurface),
-            Action::ToggleClipBox => self.toggle_clip_box(),
-            Action::MakeStreamlines => self.add_streamlines(ctx),
+            Action::AddSlice => self.add_inside(ctx, inside::add_slice),
+            Action::AddIsosurface => self.add_inside(ctx, inside::add_isosurface),
+            Action::ToggleClipBox => self.toggle_clip_box(ctx),
+            Action::MakeStreamlines => self.start_flow(ctx, FlowShape::Streamlines),
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleFade => self.toggle_fade(),
+            Action::ShowFaded => {
+                self.scene.iter_mut().for_each(|scene| scene.fade(false));
+            }
             Action::ShowVectors => self.show_first_vectors(ctx),
             Action::ToggleEffects => self.effects.open = !self.effects.open,
             Action::ToggleScalarBar => self.toggle_annotation(Annotation::ScalarBar),
@@ -343,11 +352,7 @@ impl Window {
             Action::ToggleSidePanel if !has_side_room(ctx) => self.notices.hint(NO_SIDE_ROOM),
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
-            Action::ToggleCompare => {
-                if let Some(scene) = &self.scene {
-                    self.compare.toggle(&scene.splat);
-                }
-            }
+            Action::ToggleCompare => self.toggle_compare(),
             Action::ToggleDifference => {
                 self.compare.display = match self.compare.display {
                     Display::Split => Display::Difference,
@@ -362,6 +367,40 @@ impl Window {
         }
     }
 
+    /// Why a command has nothing to work on, if so.
+    pub(super) fn why_not(&self, action: Action) -> Option<&'static str> {
+        let scene = self.scene.as_ref();
+        let has_vectors = scene.is_some_and(|scene| !scene.vectors().is_empty());
+        match action {
+            Action::AddSlice | Action::AddIsosurface
+                if scene.is_none_or(|scene| scene.volume().is_none()) =>
+            {
+                Some("There is no volume to add that to: open one first")
+            }
+            Action::ToggleClipBox if scene.is_none() => {
+                Some("There is nothing to clip: open a volume first")
+            }
+            Action::MakeStreamlines | Action::ToggleAnimation if !has_vectors => {
+                let has_some =
+                    self.document.as_ref().is_some_and(|document| document.has_vectors());
+                Some(match (action, has_some) {
+                    (Action::MakeStreamlines, true) => {
+                        "Streamlines follow vectors that are shown: choose some under Vectors"
+                    }
+                    (Action::MakeStreamlines, false) => {
+                        "Streamlines follow vectors, and this file has none"
+                    }
+                    (_, true) => "There are no vectors to animate: choose some under Vectors",
+                    (_, false) => "Vectors are what is animated, and this file has none",
+                })
+            }
+            Action::ToggleDifference if !self.compare.on => {
+                Some("Differences are between two pictures: compare first, with C")
+            }
+            _ => None,
+        }
+    }
+
     /// Whether what a command switches is on; `None` where it switches nothing.
     pub(super) fn is_on(&self, action: Action) -> Option<bool> {
         let scene = self.scene.as_ref();
@@ -371,7 +410,7 @@ impl Window {
                 matches!(scene.camera.projection, Projection::Perspective { .. })
             }),
             Action::ToggleLights => scene.is_some_and(|scene| scene.shading.lighting.is_some()),
-            Action::ToggleFade => scene.is_some_and(Scene::is_faded),
+            Action::ToggleFade => scene.is_some_and(|scene| scene.inside.is_faded),
             Action::ToggleScalarBar => written(Annotation::ScalarBar),
             Action::ToggleScaleBar => written(Annotation::ScaleBar),
             Action::ToggleAxes => written(Annotation::Axes),
@@ -398,40 +437,60 @@ impl Window {
         }
     }
 
+    fn toggle_compare(&mut self) {
+        let Some(scene) = &self.scene else { return };
+        self.compare.toggle(&scene.splat);
+        let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
+        let is_finer = refined.is_some_and(|refined| refined.convergence.last_difference.is_some());
+        if self.compare.on && is_finer {
+            self.notices.hint("Modes are compared as they are: what was refined beyond that waits");
+        }
+    }
+
     fn toggle_fade(&mut self) {
         if let Some(scene) = &mut self.scene {
-            scene.fade(!scene.is_faded());
+            scene.fade(!scene.inside.is_faded);
         }
     }
 
     /// Adds something that lies in the volume, whose row is in sight in the side panel then.
-    fn add_inside(&mut self, add: fn(&mut Scene)) {
-        match self.scene.as_mut().filter(|scene| scene.volume().is_some()) {
-            Some(scene) => {
-                add(scene);
-                self.settings.sections.insert(INSIDE.to_owned(), true);
-            }
-            None => self.notices.hint("There is no volume to add that to: open one first"),
-        }
+    fn add_inside(&mut self, ctx: &Context, add: fn(&mut Scene)) {
+        let Some(scene) = &mut self.scene else { return };
+        let before = scene.inside.clone();
+        add(scene);
+        self.show_section(ctx, INSIDE);
+        self.tell_of_inside(&before);
     }
 
-    fn toggle_clip_box(&mut self) {
-        match &mut self.scene {
-            Some(scene) => {
-                self.clip.toggle_box(scene);
-                self.settings.sections.insert(CLIP.to_owned(), true);
-            }
-            None => self.notices.hint("There is nothing to clip: open a volume first"),
-        }
+    /// Opens a section of the side panel, and has it scrolled into sight.
+    fn show_section(&mut self, ctx: &Context, name: &'static str) {
+        self.settings.sections.insert(name.to_owned(), true);
+        panels::seek_section(ctx, name);
     }
 
-    fn add_streamlines(&mut self, ctx: &Context) {
-        if self.scene.as_ref().is_none_or(|scene| scene.vectors().is_empty()) {
-            self.notices
-                .hint("Streamlines follow vectors that are shown: choose some under Vectors");
+    /// What follows where slices or isosurfaces were added: a view of everything is one of these, too, and it is said where the volume
+    /// was faded for them.
+    pub(super) fn tell_of_inside(&mut self, before: &Inside) {
+        let Some(Inside { slices, is_faded, .. }) = self.scene.as_ref().map(|scene| &scene.inside)
+        else {
             return;
+        };
+        let has_more_slices = slices.len() > before.slices.len();
+        let is_faded = *is_faded && !before.is_faded;
+        if has_more_slices && let Some(view) = self.unmoved_view() {
+            self.fit(view);
         }
-        self.start_flow(ctx, FlowShape::Streamlines);
+        if is_faded {
+            let name = if has_more_slices { "slice" } else { "isosurface" };
+            self.notices.offer(Action::ShowFaded, faded_for(name));
+        }
+    }
+
+    fn toggle_clip_box(&mut self, ctx: &Context) {
+        if let Some(scene) = &mut self.scene {
+            self.clip.toggle_box(scene);
+            self.show_section(ctx, CLIP);
+        }
     }
 
     fn toggle_annotation(&mut self, which: Annotation) {

@@ -60,6 +60,9 @@ pub struct InsideFlags {
     #[arg(long, value_name = "V[:A[:RRGGBB]]", value_parser = isosurface,
         allow_hyphen_values = true)]
     pub iso: Vec<Isosurface>,
+    /// Draw the volume with a five-hundredth of its opacities, so that what lies inside it is seen
+    #[arg(long)]
+    pub fade: bool,
     /// What is shown along each line of sight: composite or volume (matter, by its opacities), or the maximum (mip),
     /// minimum (minip) or average of the values, in its colour. These have their colours from the least to the
     /// greatest value that rays come to, unless --color, --color-range, --transfer or --preset says which
@@ -179,6 +182,7 @@ impl InsideFlags {
             along: self.projection.unwrap_or_default(),
             slices: slices.map(|slice| Slice { only_shown, edges, ..slice }).collect(),
             isosurfaces: self.iso.clone(),
+            is_faded: self.fade,
             ..Inside::default()
         };
         inside.check(splat).map_err(|error| error.to_string())?;
@@ -339,13 +343,15 @@ mod tests {
             slice_only_shown: true,
             slice_edges: true,
             iso: vec![isosurface("-300:0.4:ff8000").unwrap(), isosurface("12.5").unwrap()],
+            fade: true,
             projection: None,
         };
         let samples = Samples::UInt8((0..160).map(|i| i as u8).collect());
         let lattice = Lattice::unit([8, 4, 5]);
         let volume = ScalarVolume::from_samples("ramp", lattice, samples).unwrap();
-        let Inside { clip, slices, isosurfaces, .. } =
+        let Inside { clip, slices, isosurfaces, is_faded, .. } =
             flags.resolve(&volume, &SplatSettings::EXACT).unwrap();
+        assert!(is_faded);
         let bounds = ClipBox { low: [0.0625, 0.25, 0.4], high: [0.9375, 1.0, 0.9] };
         assert_eq!((clip.bounds, clip.faces), (Some(bounds), CutFaces::Coloured));
         let [low, high] = bounds.in_index([8, 4, 5]);

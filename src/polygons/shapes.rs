@@ -9,6 +9,11 @@ use crate::core::Srgb8;
 
 /// Sides of a tube, a shaft, a cone.
 const SIDES: u32 = 8;
+/// How far a tube's middle may lie beside its line, of its radius, and its colours beside those of the line, of 255.
+const BESIDE: f64 = 0.1;
+const OTHER_COLOUR: f64 = 3.0;
+/// Places of a line that one piece of a tube passes, at most.
+const MOST_PASSED: usize = 64;
 /// Of an arrow's length, its head's; of the head's length, its radius; of that, the shaft's.
 const HEAD: f64 = 0.35;
 const HEAD_RADIUS: f64 = 0.4;
@@ -85,7 +90,7 @@ impl Shapes {
     }
 
     /// A tube about a line of places, each with its colour, closed at both ends. Places that follow one
-    /// another at no distance are one; fewer than two make no tube.
+    /// another at no distance are one; fewer than two make no tube. Those that lie as good as straight between others are passed.
     pub fn tube(&mut self, line: &[(DVec3, Srgb8)], radius: f64) {
         let mut places: Vec<(DVec3, Srgb8)> = Vec::with_capacity(line.len());
         for &(place, colour) in line {
@@ -93,6 +98,7 @@ impl Shapes {
                 places.push((place, colour));
             }
         }
+        let places = bends(&places, radius);
         let count = places.len();
         if count < 2 {
             return;
@@ -158,6 +164,30 @@ impl Shapes {
     }
 }
 
+/// The ends of a line, and those of its places between which it is as good as straight and of even growth in colour.
+fn bends(places: &[(DVec3, Srgb8)], radius: f64) -> Vec<(DVec3, Srgb8)> {
+    let is_passed = |i: usize, from: usize, to: usize| {
+        let ((place, colour), (a, first), (b, last)) = (places[i], places[from], places[to]);
+        let way = b - a;
+        let share = (place - a).dot(way) / way.length_squared();
+        let beside = (a + way * share).distance(place);
+        let is_even = |channel: usize| {
+            let [own, first, last] = [colour, first, last].map(|c| f64::from(c.0[channel]));
+            (first + (last - first) * share - own).abs() <= OTHER_COLOUR
+        };
+        (0.0..=1.0).contains(&share) && beside <= BESIDE * radius && (0..3).all(is_even)
+    };
+    let mut kept: Vec<(DVec3, Srgb8)> = places.first().copied().into_iter().collect();
+    let mut from = 0;
+    while from + 1 < places.len() {
+        let farthest = (from + MOST_PASSED).min(places.len() - 1);
+        let is_straight = |to: &usize| (from + 1..*to).all(|i| is_passed(i, from, *to));
+        from = (from + 2..=farthest).take_while(is_straight).last().unwrap_or(from + 1);
+        kept.push(places[from]);
+    }
+    kept
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -176,8 +206,8 @@ mod tests {
         let mut shapes = Shapes::default();
         shapes.tube(&line, 0.2);
         let mesh = shapes.mesh("tube").unwrap();
-        // Two places at no distance are one.
-        assert_eq!(mesh.len(), 2 * 16 + 2 * 8);
+        // Two places at no distance are one, and on a straight line.
+        assert_eq!(mesh.len(), 16 + 2 * 8);
         assert_eq!(mesh.degenerate(), 0);
         let side = 2.0 * 0.2 * (std::f64::consts::PI / 8.0).sin();
         let disc = 8.0 * 0.5 * side * 0.2 * (std::f64::consts::PI / 8.0).cos();
@@ -189,6 +219,35 @@ mod tests {
                 assert!(out.length() < 1e-6 || normal.dot(out) >= -1e-6, "{corner} {normal}");
             }
         }
+    }
+
+    #[test]
+    fn places_of_a_line_are_passed_where_it_is_straight_and_grows_evenly_in_colour() {
+        let circle = |i: usize| {
+            let (sin, cos) = (i as f64 * TAU / 400.0).sin_cos();
+            DVec3::new(cos, sin, 0.0)
+        };
+        let line: Vec<_> = (0..=400).map(|i| (circle(i), Srgb8::WHITE)).collect();
+        let kept = bends(&line, 0.05);
+        assert!((20..60).contains(&kept.len()), "{}", kept.len());
+        assert_eq!([kept[0], kept[kept.len() - 1]], [line[0], line[400]]);
+        for (place, _) in &line {
+            let near = kept.windows(2).map(|ends| {
+                let (a, way) = (ends[0].0, ends[1].0 - ends[0].0);
+                let share = ((*place - a).dot(way) / way.length_squared()).clamp(0.0, 1.0);
+                (a + way * share).distance(*place)
+            });
+            assert!(near.fold(f64::INFINITY, f64::min) <= 0.1 * 0.05 * (1.0 + 1e-9));
+        }
+        let grown = |colour: fn(usize) -> u8| {
+            let at = |i: usize| (DVec3::X * i as f64, Srgb8([colour(i); 3]));
+            bends(&(0..50).map(at).collect::<Vec<_>>(), 0.1).len()
+        };
+        assert_eq!(grown(|i| 5 * i as u8), 2);
+        assert_eq!(grown(|i| if i == 20 { 9 } else { 0 }), 5, "a spot has both of its neighbours");
+        // Back where it came from.
+        let back: Vec<_> = [0.0, 2.0, 1.0].map(|x| (DVec3::X * x, Srgb8::WHITE)).to_vec();
+        assert_eq!(bends(&back, 0.1).len(), 3);
     }
 
     #[test]

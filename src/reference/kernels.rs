@@ -26,12 +26,14 @@ pub struct RefKernel {
 /// The function is asked for each value itself, not tabulated. Samples are shaded where the scene's mode
 /// does that first.
 pub fn grid_kernels(scene: &Scene) -> Vec<RefKernel> {
-    let Some((volume, transfer)) = scene.volume().zip(scene.transfer()) else { return Vec::new() };
+    let Some((volume, transfer)) = scene.volume().zip(scene.drawn_transfer()) else {
+        return Vec::new();
+    };
     let shader = SampleShader::of(scene, false);
     let published = scene.splat.opacity_model == OpacityModel::Published;
     let transfer = match &shader {
-        Some(_) => scene.shading.by_value(transfer),
-        None => transfer.clone(),
+        Some(_) => scene.shading.by_value(&transfer),
+        None => transfer.into_owned(),
     };
     let lattice = volume.lattice;
     let map = lattice.axes();

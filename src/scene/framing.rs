@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{ClipBox, PolygonLayer, Scene, framing_camera};
+use super::{ClipBox, PolygonLayer, Scene, Slice, framing_camera};
 use crate::core::parallel;
 use crate::core::{Camera, Projection};
 use crate::polygons::Mesh;
@@ -276,7 +276,8 @@ pub fn among_surfaces(scene: &Scene, camera: Camera) -> Camera {
     Camera { focal_point, parallel_scale, ..camera }
 }
 
-/// Where surfaces lie along three axes, of those that `counts`; `None` without any.
+/// Where surfaces lie along three axes, of meshes those that `counts`, and of slices those that show more than the field does;
+/// `None` without any.
 fn ends_of_surfaces(
     scene: &Scene,
     along: [DVec3; 3],
@@ -288,6 +289,18 @@ fn ends_of_surfaces(
             continue;
         }
         for place in mesh.framed_places() {
+            for (ends, along) in ends.iter_mut().zip(along) {
+                let at = along.dot(place);
+                *ends = [ends[0].min(at), ends[1].max(at)];
+            }
+        }
+    }
+    let lattice = scene.lattice();
+    let inside = scene.inside_in_place().shown_by(&scene.splat);
+    let is_seen = |slice: &&Slice| slice.opacity > 0.0 && !slice.only_shown;
+    for slice in inside.slices.iter().filter(is_seen).filter(|_| scene.shows_field()) {
+        for corner in slice.plane.outline(&lattice) {
+            let place = lattice.world_from_index(corner);
             for (ends, along) in ends.iter_mut().zip(along) {
                 let at = along.dot(place);
                 *ends = [ends[0].min(at), ends[1].max(at)];

@@ -33,6 +33,7 @@ pub use framing::{
     among_axes, among_surfaces, box_of_all_that_shows, box_of_what_shows, framing_all,
     framing_surfaces, framing_what_shows, in_perspective,
 };
+use inside::FADED;
 pub use inside::{
     AlongRay, Clip, ClipBox, CutFaces, HalfSpace, Inside, InsideError, Isosurface,
     MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_SLICES, Plane, Slice, edge_colour, projected_range,
@@ -130,12 +131,15 @@ impl Scene {
     }
 
     /// The transfer function that its field is drawn with: projected values have their colours in a range of their own, or
-    /// are grey, where that is chosen.
+    /// are grey, where that is chosen; a field that is faded has a small part of its opacities.
     pub fn drawn_transfer(&self) -> Option<Cow<'_, TransferFunction>> {
         let transfer = self.transfer()?;
         let inside = self.inside_in_place().shown_by(&self.splat);
         let projects = inside.along != AlongRay::Composite;
         let range = inside.projected_range.filter(|_| projects);
+        if self.inside.is_faded && !projects {
+            return Some(Cow::Owned(transfer.thinned(FADED)));
+        }
         let colour = match (inside.projected_grey && projects, range) {
             (false, None) => return Some(Cow::Borrowed(transfer)),
             (false, Some(range)) => transfer.colour.stretched(range),

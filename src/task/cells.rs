@@ -40,7 +40,7 @@ impl CutSource {
     /// Whether it is that of a scene.
     pub(super) fn is_for(&self, scene: &Scene) -> bool {
         scene.volume().is_some_and(|volume| Arc::ptr_eq(&self.volume, volume))
-            && scene.transfer() == Some(&self.transfer)
+            && scene.drawn_transfer().as_deref() == Some(&self.transfer)
             && self.unit_distance == scene.opacity_unit_distance()
     }
 

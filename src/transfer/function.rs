@@ -290,6 +290,13 @@ impl TransferFunction {
         alpha.clamp(0.0, 1.0)
     }
 
+    /// The same with a share of its opacities, 0..=1.
+    #[must_use]
+    pub fn thinned(&self, share: f64) -> Self {
+        let opacity = self.opacity.iter().map(|&(value, alpha)| (value, alpha * share)).collect();
+        Self { opacity, ..self.clone() }
+    }
+
     /// Colour of a value in linear light; black for NaN that is left out.
     pub fn colour_at(&self, value: f64) -> LinearRgb {
         LinearRgb(self.encoded_colour_at(value).map(linear_from_srgb))

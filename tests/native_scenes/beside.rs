@@ -131,11 +131,11 @@ fn a_field_that_hides_lines_is_faded_and_one_that_does_not_stays() {
         line.collect::<Vec<_>>().into_iter()
     };
     let mut opaque = ball(1.0);
-    assert!(!opaque.uncover(line(-2.4)) && !opaque.is_faded());
+    assert!(!opaque.uncover(line(-2.4)) && !opaque.inside.is_faded);
     assert!(!opaque.uncover([].into_iter()) && !opaque.uncover(line(900.0)));
     assert!(opaque.little_seen_of_places(line(15.0)).is_some_and(|seen| seen < 1e-3));
-    assert!(opaque.uncover(line(15.0)) && opaque.is_faded());
+    assert!(opaque.uncover(line(15.0)) && opaque.inside.is_faded);
     assert_eq!(opaque.little_seen_of_places(line(15.0)), None, "it is seen now");
     let mut thin = ball(0.01);
-    assert!(!thin.uncover(line(15.0)) && !thin.is_faded());
+    assert!(!thin.uncover(line(15.0)) && !thin.inside.is_faded);
 }

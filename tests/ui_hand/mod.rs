@@ -410,14 +410,14 @@ fn a_slice_shows_its_section_whole_at_first_and_is_dragged_by_its_handle() {
     assert!(!slice(&bench).only_shown);
     let scene = bench.last_request().scene;
     assert_eq!(scene.little_seen_of_slice(&slice(&bench)), None, "what hid it is faint");
-    assert!(scene.is_faded());
+    assert!(scene.inside.is_faded);
     press(&mut bench, Modifiers::COMMAND, Key::Z);
     let scene = bench.window().scene().expect("something is open");
-    assert!(scene.inside.slices.is_empty() && !scene.is_faded(), "one step");
+    assert!(scene.inside.slices.is_empty() && !scene.inside.is_faded, "one step");
     press(&mut bench, Modifiers::COMMAND, Key::Y);
     bench.harness.get_by_label("Show the volume again").click();
     bench.settle();
-    assert!(!bench.last_request().scene.is_faded());
+    assert!(!bench.last_request().scene.inside.is_faded);
     bench.harness.get_by_role_and_label(Role::CheckBox, "Slice 1 hides transparent parts").click();
     bench.settle();
     assert!(slice(&bench).only_shown);
@@ -487,7 +487,7 @@ fn vectors_that_matter_would_hide_are_seen_in_it_and_in_other_colours() {
     bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
     bench.settle();
     let scene = bench.window().scene().expect("open");
-    assert!(scene.shows_field() && scene.is_faded());
+    assert!(scene.shows_field() && scene.inside.is_faded);
     let map = |transfer: &TransferFunction| transfer.colour.map();
     assert_ne!(map(&scene.vectors()[0].settings.transfer), scene.transfer().and_then(map));
 }
@@ -533,7 +533,7 @@ fn slices_isosurfaces_and_a_clip_box_are_in_a_menu_and_leave_the_volume_as_it_wa
         bench.settle();
     }
     let scene = bench.window().scene().expect("open");
-    assert!(!scene.is_faded() && scene.inside.slices.is_empty());
+    assert!(!scene.inside.is_faded && scene.inside.slices.is_empty());
     let after = scene.transfer().cloned();
     let opacities = |transfer: &Option<TransferFunction>| {
         let transfer = transfer.as_ref().expect("a field");

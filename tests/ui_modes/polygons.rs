@@ -225,10 +225,10 @@ fn streamlines_and_arrows_in_opaque_matter_fade_it_and_say_so() {
     };
     for (button, name) in [("Make streamlines", "streamlines"), ("Make arrows", "arrows")] {
         let thin = made_in(0.005, button);
-        assert!(!thin.window().scene().expect("open").is_faded(), "{name}");
+        assert!(!thin.window().scene().expect("open").inside.is_faded, "{name}");
         assert_eq!(told(&thin), None, "{name}");
         let mut dense = made_in(1.0, button);
-        assert!(dense.window().scene().expect("open").is_faded(), "{name}");
+        assert!(dense.window().scene().expect("open").inside.is_faded, "{name}");
         let said = told(&dense).expect("it is told");
         assert!(said.contains(name) && said.contains("Fade the volume"), "{said}");
         // What it names shows the matter again, and the lines stay.
@@ -236,7 +236,7 @@ fn streamlines_and_arrows_in_opaque_matter_fade_it_and_say_so() {
         dense.harness.run_steps(3);
         press(&mut dense, "Fade the volume");
         dense.settle();
-        assert!(!dense.window().scene().expect("open").is_faded(), "{name}");
+        assert!(!dense.window().scene().expect("open").inside.is_faded, "{name}");
         assert_eq!(layers(&dense).len(), 1);
     }
 }
@@ -318,11 +318,11 @@ fn labels_that_the_volume_hides_are_said_to_be_hidden_and_seen_once_it_is_faded(
     assert!(!add("above.nrrd", |i| i >= 448));
     assert!(add("within.nrrd", |i| i % 8 == 4 && i / 8 % 8 == 4 && (3..5).contains(&(i / 64))));
     press(&mut bench, "Fade the volume");
-    assert!(bench.last_request().scene.is_faded());
+    assert!(bench.last_request().scene.inside.is_faded);
     assert!(!bench.tells("The volume hides"), "it has been done");
     bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     bench.settle();
-    assert!(!bench.last_request().scene.is_faded());
+    assert!(!bench.last_request().scene.inside.is_faded);
 }
 
 #[test]

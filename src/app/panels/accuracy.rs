@@ -338,8 +338,8 @@ fn record_words(record: &EstimateRecord) -> String {
 fn off_words(db: f64) -> String {
     match db {
         _ if db.abs() < 0.05 => "right".to_owned(),
-        _ if db > 0.0 => format!("{db:.1} dB too good"),
-        _ => format!("{:.1} dB too bad", -db),
+        _ if db > 0.0 => format!("{db:.1} dB above what was found"),
+        _ => format!("{:.1} dB below what was found", -db),
     }
 }
 
@@ -421,7 +421,7 @@ mod tests {
         record.add(3.0);
         assert_eq!(
             record_words(&record),
-            "Estimates of quick pictures: 2 checked, 1.5 dB too good on average, ± 2.1 dB"
+            "Estimates of quick pictures: 2 checked, 1.5 dB above what was found on average, ± 2.1 dB"
         );
     }
 }

@@ -96,7 +96,7 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
     if is_new_slice {
         add_slice(scene);
     }
-    if (has_any || scene.is_faded()) && scene.inside.along == AlongRay::Composite {
+    if (has_any || scene.inside.is_faded) && scene.inside.along == AlongRay::Composite {
         fade_ui(ui, scene);
     }
 }
@@ -150,22 +150,20 @@ pub fn add_slice(scene: &mut Scene) {
 
 /// A volume that was faded is as dense again as it was, once nothing lies in it any more.
 fn show_again(scene: &mut Scene) {
-    if scene.is_faded() && scene.vectors().is_empty() && scene.polygons().is_empty() {
+    if scene.inside.is_faded && scene.vectors().is_empty() && scene.polygons().is_empty() {
         scene.fade(false);
     }
 }
 
 /// Makes the volume faint about what lies inside it, or as dense again as it was.
 fn fade_ui(ui: &mut Ui, scene: &mut Scene) {
-    let is_faded = scene.is_faded();
+    let is_faded = scene.inside.is_faded;
     let (name, help) = match is_faded {
-        true => (
-            "Show the volume again",
-            "Turns all opacities up again, to what they were before it was faded",
+        true => ("Show the volume again", "Draws the volume with all of its opacities again"),
+        false => (
+            "Fade the volume",
+            "Draws the volume with a small part of its opacities, so that what lies inside it is seen",
         ),
-        false => {
-            ("Fade the volume", "Turns all opacities down, so that what lies inside it is seen")
-        }
     };
     let fade = ui
         .add_enabled(is_faded || scene.can_fade(), Button::new(name))

@@ -40,7 +40,8 @@ pub mod view;
 use std::collections::BTreeMap;
 
 use eframe::egui::{
-    Align, CollapsingHeader, DragValue, Label, Layout, Response, RichText, Slider, Ui, vec2,
+    Align, CollapsingHeader, Context, DragValue, Id, Label, Layout, Response, RichText, Slider, Ui,
+    vec2,
 };
 
 use super::theme;
@@ -75,6 +76,16 @@ pub(super) fn section_ui<R>(
     titled_section_ui(ui, sections, (title, title), add)
 }
 
+/// Where the name of a section is kept that is to be scrolled into sight.
+fn sought_id() -> Id {
+    Id::unique("sought section")
+}
+
+/// Has a section scrolled into sight when it is drawn next.
+pub(super) fn seek_section(ctx: &Context, name: &str) {
+    ctx.data_mut(|data| data.insert_temp(sought_id(), name.to_owned()));
+}
+
 /// The same where a section has another title at times; it is kept by its `name`.
 pub(super) fn titled_section_ui<R>(
     ui: &mut Ui,
@@ -92,6 +103,16 @@ pub(super) fn titled_section_ui<R>(
         ui.add_space(8.0);
         result
     });
+    let is_sought = ui.data_mut(|data| {
+        let is_sought = data.get_temp::<String>(sought_id()).is_some_and(|sought| sought == name);
+        if is_sought {
+            data.remove_temp::<String>(sought_id());
+        }
+        is_sought
+    });
+    if is_sought {
+        shown.header_response.scroll_to_me(Some(Align::TOP));
+    }
     if shown.header_response.clicked() {
         sections.insert(name.to_owned(), !is_open);
         ui.ctx().request_repaint();

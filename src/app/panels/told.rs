@@ -297,8 +297,8 @@ fn error_words(shown: &Shown) -> String {
         false => "",
     };
     format!(
-        "With {slabs} no pixel differs by more than {change} of full brightness from the picture with half as \
-         many{reached}. {level}"
+        "With {slabs} instead of half as many the pixel that changed most changed by {change} of full \
+         brightness{reached}. {level}"
     )
 }
 
@@ -550,7 +550,7 @@ mod tests {
         let converged = with(Some(0.00079), 0.0, 1.0);
         let words = error_words(&converged);
         assert!(
-            words.contains("With 8 slabs a voxel no pixel differs by more than 0.08 % of full"),
+            words.contains("With 8 slabs a voxel instead of half as many the pixel that changed most changed by 0.08 % of full"),
             "{words}"
         );
         assert!(words.contains("it counts as converged"), "{words}");

@@ -13,6 +13,7 @@ use super::curve::{
 };
 use super::freehand::{Stroke, handle_freehand};
 use super::graph::{self, Axes, Extent, GraphView};
+use super::inside::note_ui;
 use super::labels::labels_ui;
 use super::maps::map_ui;
 use super::regions::{RegionEditor, regions_ui};
@@ -430,6 +431,10 @@ fn range_ui(
             stretch(transfer, gaussians, range);
         }
     });
+    let [first, last] = transfer.colour.range();
+    if first > last {
+        note_ui(ui, "Reversed: the first colour belongs to the greater value");
+    }
 }
 
 /// Colours and opacities over a range of the data at once.

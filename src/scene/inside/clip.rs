@@ -147,6 +147,31 @@ impl Plane {
         let is_sound = point.is_finite() && normal.is_finite() && normal != DVec3::ZERO;
         if is_sound { Ok(()) } else { Err(InsideError::Plane { point, normal }) }
     }
+
+    /// The corners of what a plane cuts out of a volume, one after the other around it, index space.
+    pub fn outline(&self, lattice: &Lattice) -> Vec<DVec3> {
+        let half = self.in_index(lattice);
+        let size = DVec3::from(lattice.dims.map(|n| n as f64));
+        let corner = |bits: usize| {
+            DVec3::from([0, 1, 2].map(|axis| (bits >> axis & 1) as f64 * size[axis])) - 0.5
+        };
+        let mut found: Vec<DVec3> = Vec::new();
+        for axis in 0..3 {
+            for bits in (0..8).filter(|bits| bits >> axis & 1 == 0) {
+                let (a, b) = (corner(bits), corner(bits | 1 << axis));
+                let [at_a, at_b] = [a, b].map(|end| half.normal.dot(end) - half.least);
+                if (at_a <= 0.0) != (at_b <= 0.0) {
+                    found.push(a.lerp(b, at_a / (at_a - at_b)));
+                }
+            }
+        }
+        let middle = found.iter().sum::<DVec3>() / found.len().max(1) as f64;
+        let first = half.normal.any_orthonormal_vector();
+        let second = half.normal.cross(first);
+        let angle = |at: &DVec3| (*at - middle).dot(second).atan2((*at - middle).dot(first));
+        found.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+        found
+    }
 }
 
 #[cfg(test)]

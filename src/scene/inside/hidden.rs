@@ -19,9 +19,9 @@ const MOST_PLACES: usize = 64;
 const MOST_STEPS: f64 = 128.0;
 /// Optical depth behind which nothing is seen.
 const OPAQUE: f64 = 5.0;
-/// What is left of opacities where the field is faded, and the least of a field that can be: a hundred voxels of matter
-/// hide a fifth of what is behind.
-const FADED: f64 = 0.002;
+/// What is left of opacities where the field is faded: a hundred voxels of matter hide a fifth of what is behind.
+pub(in crate::scene) const FADED: f64 = 0.002;
+/// The least opacity of a field that can be faded.
 const LEAST_TO_FADE: f64 = 0.01;
 
 impl Scene {
@@ -61,31 +61,19 @@ impl Scene {
         is_hidden
     }
 
-    /// The greatest opacity of the field's matter.
-    fn most_opacity(&self) -> f64 {
-        self.transfer().map_or(0.0, TransferFunction::most_opacity)
-    }
-
     /// Whether the field is so dense that it can be faded.
     pub fn can_fade(&self) -> bool {
-        self.most_opacity() > LEAST_TO_FADE
+        let most = self.transfer().map_or(0.0, TransferFunction::most_opacity);
+        !self.inside.is_faded && most > LEAST_TO_FADE
     }
 
-    /// Whether the field was faded, and is as faint still.
-    pub fn is_faded(&self) -> bool {
-        self.inside.is_faded && (f64::MIN_POSITIVE..=FADED).contains(&self.most_opacity())
-    }
-
-    /// Turns all opacities of the field down, so that what lies in it is seen, or up again.
+    /// Draws the field with a small part of its opacities, so that what lies in it is seen, or with all of them.
     pub fn fade(&mut self, is_faded: bool) {
-        let Some(transfer) = self.transfer_mut() else { return };
-        let factor = if is_faded { FADED } else { 1.0 / FADED };
-        transfer.opacity.iter_mut().for_each(|(_, a)| *a = (*a * factor).min(1.0));
         self.inside.is_faded = is_faded;
     }
 
     fn little_seen(&self, places: impl Fn(&Matter<'_>) -> Vec<DVec3>) -> Option<f64> {
-        let (volume, transfer) = self.volume().zip(self.transfer())?;
+        let (volume, transfer) = self.volume().zip(self.drawn_transfer())?;
         let shading = &self.shading;
         let is_by_value =
             shading.opacity.is_none() && shading.modulation.is_none() && shading.regions.is_empty();
@@ -97,7 +85,8 @@ impl Scene {
         }
         let kept = self.inside.clip.half_spaces(&volume.lattice);
         let unit_distance = self.opacity_unit_distance();
-        let matter = Matter { volume, transfer, kept, unit_distance, camera: &self.camera };
+        let matter =
+            Matter { volume, transfer: &transfer, kept, unit_distance, camera: &self.camera };
         let places = places(&matter);
         let most = SEEN * places.len() as f64;
         let mut seen = 0.0;
@@ -216,6 +205,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::super::{Clip, ClipBox, CutFaces};
+    use std::borrow::Cow;
+
     use super::*;
     use crate::scene::{SampleSource, opening};
     use crate::transfer::{ColourMap, ColourSource};
@@ -251,17 +242,15 @@ mod tests {
         assert_eq!(scene.little_seen_of_isosurface(&outer), None, "it lies about the matter");
         let edge = Slice::across(&lattice, 2, 0.02, 1.0);
         assert_eq!(hides(&scene, &edge), None, "it cuts no matter");
-        let dense = scene.transfer().cloned();
-        assert!(scene.can_fade() && !scene.is_faded());
+        let dense = scene.drawn_transfer().map(Cow::into_owned);
+        assert!(scene.can_fade());
         scene.fade(true);
         assert_eq!(hides(&scene, &slice), None, "faded");
-        assert!(scene.is_faded() && !scene.can_fade());
+        assert!(!scene.can_fade() && scene.transfer() == dense.as_ref(), "the curve stays");
+        let faded = scene.drawn_transfer().map(|transfer| transfer.most_opacity());
+        assert_eq!(faded, dense.as_ref().map(|transfer| FADED * transfer.most_opacity()));
         scene.fade(false);
-        assert_eq!(scene.transfer().cloned(), dense);
-        let by_hand = |transfer: &mut TransferFunction| transfer.opacity = vec![(0.0, 0.001)];
-        let mut faint = scene.clone();
-        faint.transfer_mut().into_iter().for_each(by_hand);
-        assert!(!faint.is_faded(), "nobody faded it");
+        assert_eq!(scene.drawn_transfer().map(Cow::into_owned), dense);
         let beside = Slice::across(&lattice, 2, 3.0, 1.0);
         let clear = Slice { opacity: 0.0, ..slice };
         let both = [beside, clear].map(|slice| hides(&scene, &slice));

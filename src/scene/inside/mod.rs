@@ -9,6 +9,8 @@ mod hidden;
 mod projected;
 mod surfaces;
 
+pub(super) use hidden::FADED;
+
 pub use clip::{Clip, ClipBox, CutFaces, HalfSpace, MOST_CLIP_PLANES, Plane};
 pub use projected::projected_range;
 pub use surfaces::{Isosurface, MOST_ISOSURFACES, MOST_SLICES, Slice, edge_colour};

@@ -238,7 +238,8 @@ impl Worker {
     /// without them and the next is of the same transfer function.
     fn complete_octree(&mut self, scene: &Scene, plan: &Plan) -> Result<(), DrawError> {
         let is_of_another = |next: &FrameRequest| {
-            !next.scene.has_same_volume(scene) || next.scene.transfer() != scene.transfer()
+            !next.scene.has_same_volume(scene)
+                || next.scene.drawn_transfer() != scene.drawn_transfer()
         };
         if self.shared.lock().frame.as_ref().is_some_and(is_of_another) {
             return Ok(());
