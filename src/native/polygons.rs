@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::cells::{Cells, Span};
 use super::in_order::look;
@@ -32,6 +32,8 @@ const PIXELS: usize = (TILE * TILE) as usize;
 #[derive(Debug)]
 pub(super) struct Polygons {
     made_of: MadeOf,
+    /// Those of the layers in the world: another view has the same.
+    placed: Vec<Placed>,
     triangles: Vec<Triangle>,
     /// The box about each on the screen: most that lie in a cell are not in a tile.
     boxes: Vec<Box2>,
@@ -49,6 +51,15 @@ struct MadeOf {
     /// Whether what is in front hides what is behind: what is cut away hides nothing, and published opacities do not add up,
     /// so that matter is divided wherever any sample of a pixel has a polygon.
     hides: bool,
+}
+
+/// A triangle of a layer, from the origin of its mesh.
+#[derive(Debug, Clone, Copy)]
+struct Placed {
+    corners: [Vec3; 3],
+    normals: [[f32; 3]; 3],
+    colours: [Srgb8; 3],
+    layer: u32,
 }
 
 /// A triangle in view space. Lengths are in pixels.
@@ -140,31 +151,27 @@ impl Polygons {
         if made_of.layers.is_empty() {
             return Ok(None);
         }
-        if let Some(old) = old.filter(|old| old.made_of == made_of) {
-            return Ok(Some(old));
-        }
+        let placed = match old {
+            Some(old) if old.made_of == made_of => return Ok(Some(old)),
+            Some(old) if old.made_of.layers == made_of.layers => old.placed,
+            _ => placed(&made_of.layers, ticket)?,
+        };
         let (view, camera) = (&made_of.view, &made_of.camera);
         let centre = plan.frame.lattice.centre();
         let rotation = camera.view_from_world_rotation();
         let beside = view.view_centre.truncate().extend(0.0);
-        let mut triangles = Vec::new();
-        for layer in &made_of.layers {
-            let from_centre = layer.mesh.origin() - centre;
-            for (number, (triangle, colours)) in layer.triangles().enumerate() {
-                if number.is_multiple_of(A_RUN) {
-                    look(ticket)?;
-                }
-                let seen = |corner: glam::Vec3| {
-                    rotation * (corner.as_dvec3() + from_centre) * view.pixels_per_unit + beside
-                };
-                triangles.push(Triangle {
-                    corners: triangle.corners.map(seen),
-                    normals: triangle.normals.map(|normal| normal.to_array()),
-                    colours,
-                    opacity: layer.look.opacity as f32,
-                });
-            }
-        }
+        let of_layer: Vec<_> = (made_of.layers.iter())
+            .map(|layer| (layer.mesh.origin() - centre, layer.look.opacity as f32))
+            .collect();
+        let seen = |i: usize| {
+            let Placed { corners, normals, colours, layer } = placed[i];
+            let (from_centre, opacity) = of_layer[layer as usize];
+            let seen = |corner: Vec3| {
+                rotation * (corner.as_dvec3() + from_centre) * view.pixels_per_unit + beside
+            };
+            Triangle { corners: corners.map(seen), normals, colours, opacity }
+        };
+        let mut triangles = mapped(placed.len(), A_RUN, seen, ticket)?;
         let bounds = mapped(triangles.len(), A_RUN, |i| triangles[i].bounds(view), ticket)?;
         let seen = bounds.iter().flatten().count();
         let (mut boxes, mut spans) = (Vec::with_capacity(seen), Vec::with_capacity(seen));
@@ -184,13 +191,14 @@ impl Polygons {
         let cells = Cells::new(view.size, &spans, ticket)?;
         let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
         let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
-        Ok(Some(Self { cells, triangles, boxes, lights: lights.collect(), made_of }))
+        Ok(Some(Self { cells, placed, triangles, boxes, lights: lights.collect(), made_of }))
     }
 
     /// Bytes of memory.
     pub(super) fn size_bytes(&self) -> u64 {
+        let placed = size_of_val(&self.placed[..]);
         let triangles = size_of_val(&self.triangles[..]) + size_of_val(&self.boxes[..]);
-        triangles as u64 + self.cells.size_bytes()
+        (placed + triangles) as u64 + self.cells.size_bytes()
     }
 
     /// What the pixels of a tile see, whose first one is `corner`; `None` where that is nothing.
@@ -294,6 +302,22 @@ impl Polygons {
         }
         colour
     }
+}
+
+/// The triangles of layers, one layer after the other.
+fn placed(layers: &[PolygonLayer], ticket: &Ticket) -> Result<Vec<Placed>, Cancelled> {
+    let mut placed = Vec::new();
+    for (layer, number) in layers.iter().zip(0_u32..) {
+        for (triangle, colours) in layer.triangles() {
+            if placed.len().is_multiple_of(A_RUN) {
+                look(ticket)?;
+            }
+            let normals = triangle.normals.map(|normal| normal.to_array());
+            placed.push(Placed { corners: triangle.corners, normals, colours, layer: number });
+        }
+    }
+    placed.shrink_to_fit();
+    Ok(placed)
 }
 
 /// By pixels, from the eye inwards; those at one depth stay in the order of their triangles.

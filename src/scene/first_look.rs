@@ -57,8 +57,9 @@ const ABOVE_BRIGHT: f64 = 0.25;
 const BEYOND_LIT: [f64; 2] = [0.1, 0.2];
 /// How far below the least value of a cloud its colours begin, in parts of their range.
 const ABOVE_DARK: f64 = 0.3;
-/// A volume that is thinner than this share of its next side is seen onto its slices.
+/// A volume that is thinner than this share of its next side is seen onto its slices, and so are no more slices than this.
 const THIN: f64 = 0.12;
+const FEW_SLICES: usize = 4;
 
 impl Lighting {
     /// The light of a first look: as bright as no light where faces look at it, and darker at their edges, but never
@@ -248,11 +249,17 @@ fn first_view(lattice: &Lattice, orientation: Orientation) -> NamedView {
     for (way, n) in ways.iter_mut().zip(lattice.dims) {
         *way *= n as f64;
     }
+    let few = (0..3).min_by_key(|axis| lattice.dims[*axis]).unwrap_or_default();
+    let others = (0..3).filter(|axis| *axis != few).map(|axis| lattice.dims[axis]);
+    let is_of_few = lattice.dims[few] <= FEW_SLICES && others.min() > Some(8 * FEW_SLICES);
+    let of_few = ways[few];
     ways.sort_by(|a, b| a.length().total_cmp(&b.length()));
     let [thin, wide, _] = ways;
-    if thin.length() > THIN * wide.length() {
-        return orientation.first_view();
-    }
+    let thin = match is_of_few {
+        true => of_few,
+        false if thin.length() > THIN * wide.length() => return orientation.first_view(),
+        false => thin,
+    };
     let onto = if orientation.right.is_some() { NamedView::Bottom } else { NamedView::Top };
     let along = |view: NamedView| view.direction_and_up(orientation).0.dot(thin).abs();
     let views = [NamedView::Front, NamedView::Right, onto].into_iter();
@@ -382,6 +389,10 @@ mod tests {
         assert_eq!(view([2, 128, 100], None), NamedView::Right);
         assert_eq!(view([128, 128, 20], patient), NamedView::Front);
         assert_eq!(view([128, 128, 20], None), NamedView::Isometric);
+        // Three levels, however far apart.
+        let spacing = DVec3::new(0.75, 0.75, 22.5);
+        let levels = Lattice { spacing, ..Lattice::unit([480, 241, 3]) };
+        assert_eq!(first_view(&levels, Orientation::default()), NamedView::Top);
         // A rod has no side that it is seen onto.
         assert_eq!(view([128, 1, 1], None), NamedView::Isometric);
     }
