@@ -20,7 +20,7 @@ use super::{modes, theme};
 use crate::accuracy::psnr_from_rmse;
 use crate::core::colour::srgb_encoder;
 use crate::kernel::Kernel;
-use crate::scene::{Scene, SplatSettings, Visibility};
+use crate::scene::{Effect, Scene, SplatSettings, Visibility};
 use crate::task::engine::{EngineState, Picture, SecondPicture};
 use crate::task::remaining::WITHIN_DB;
 
@@ -241,9 +241,16 @@ impl Window {
 
 /// What a scene shows and another mode of it does not: `, without isosurfaces and slices`.
 fn lacking(scene: &Scene, mode: SplatSettings) -> String {
-    let second = Scene { splat: mode, ..scene.clone() };
-    let shown = second.effects();
-    let lacks = scene.effects().into_iter().filter(|effect| !shown.contains(effect));
+    let effects = |mode: &SplatSettings| {
+        let of_mode = Scene { splat: *mode, ..scene.clone() };
+        let inside = of_mode.inside_in_place();
+        let shown = inside.shown_by(mode).effects();
+        let is_shown =
+            |effect: &Effect| shown.contains(effect) || !inside.effects().contains(effect);
+        of_mode.effects().into_iter().filter(is_shown).collect::<Vec<_>>()
+    };
+    let shown = effects(&mode);
+    let lacks = effects(&scene.splat).into_iter().filter(|effect| !shown.contains(effect));
     let names: Vec<String> = lacks.map(|effect| effect.name().to_lowercase()).collect();
     match names.split_last() {
         None => String::new(),
@@ -304,6 +311,26 @@ mod tests {
     use eframe::egui::{RawInput, Shape};
 
     use super::*;
+    use crate::core::Ticket;
+    use crate::scene::{self, Classify, Isosurface, SampleSource, Slice};
+    use crate::volume::{Component, demo};
+
+    #[test]
+    fn a_second_mode_says_what_it_does_not_show_of_the_scene() {
+        let grid = demo::open("shells", Some(8)).expect("a demo");
+        let volume = grid.scalar(&grid.fields[0], Component::Index(0), &Ticket::new());
+        let volume = Arc::new(volume.expect("values"));
+        let mut scene = scene::opening(SampleSource::default(), volume, None);
+        assert_eq!(lacking(&scene, SplatSettings::SHADE_FIRST), "");
+        scene.inside.slices = vec![Slice::across(&scene.lattice(), 2, 0.5, 1.0)];
+        assert_eq!(lacking(&scene, SplatSettings::SHADE_FIRST), ", without slices");
+        scene.inside.isosurfaces = vec![Isosurface { value: 9.0, opacity: 1.0, colour: None }];
+        let both = ", without isosurfaces and slices";
+        assert_eq!(lacking(&scene, SplatSettings::SHADE_FIRST), both);
+        let after = SplatSettings { classify: Classify::After, ..SplatSettings::EXACT };
+        assert_eq!(lacking(&scene, after), ", without isosurfaces");
+        assert_eq!(lacking(&scene, SplatSettings::EXACT), "");
+    }
 
     #[test]
     fn captions_are_whole_beside_a_line_in_the_middle_of_a_narrow_window() {

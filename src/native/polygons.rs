@@ -17,6 +17,8 @@ use crate::scene::{Lighting, OpacityModel, PolygonLayer, View};
 
 /// Where the samples of a pixel are, from its upper left.
 const SAMPLES: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+/// How far beside their places samples may be met, pixels.
+const ROUNDING: f64 = 0.01;
 /// What is nearer to the eye than this share of its distance to the focal plane is left out.
 const NEAREST: f64 = 1e-4;
 /// Fragments that a tile keeps before what is hidden among them is left out: there are hardly ever as many.
@@ -346,16 +348,28 @@ fn leave_out_hidden(list: &mut Vec<Fragment>) {
 }
 
 impl Triangle {
-    /// The box about it, and the cells that it may touch.
+    /// The box about it, and the cells that it may touch; `None` where it lies between all samples, as most do of a mesh that is
+    /// fine beside the pixels.
     fn bounds(&self, view: &View) -> Option<(Box2, Span)> {
         let bounds = Seen::new(self, view)?.bounds;
         let [right, up] = bounds;
         let half = view.size.map(|n| f64::from(n) / 2.0);
+        if !has_sample([right.map(|x| x + half[0]), [half[1] - up[1], half[1] - up[0]]]) {
+            return None;
+        }
         // Samples lie up to half a pixel beside its centre.
         let right = [right[0] + half[0] - 0.5, right[1] + half[0] + 0.5];
         let down = [half[1] - up[1] - 0.5, half[1] - up[0] + 0.5];
         Some((Box2::about(bounds), Span::of(view.size, right, down)?))
     }
+}
+
+/// Whether any pixel has a sample between two places to the right and two down of a picture's upper left, or as good as there.
+fn has_sample(ends: [[f64; 2]; 2]) -> bool {
+    let is_between = |at: f64, [low, high]: [f64; 2]| {
+        (low - ROUNDING - at).ceil() <= (high + ROUNDING - at).floor()
+    };
+    SAMPLES.iter().any(|sample| is_between(sample[0], ends[0]) && is_between(sample[1], ends[1]))
 }
 
 /// A triangle as lines through the picture meet it.
@@ -495,6 +509,27 @@ mod tests {
             }
             assert_eq!(covered, 48 * 48);
         }
+    }
+
+    #[test]
+    fn boxes_between_all_samples_are_known_from_those_with_one() {
+        let mut without = 0;
+        for i in 0..4000 {
+            let share = |by: f64| (f64::from(i) * by).fract();
+            let low = DVec2::new(5.0 * share(0.754_877_7) - 1.0, 5.0 * share(0.569_840_3) - 1.0);
+            let high = low + DVec2::new(share(0.323_45), share(0.819_17));
+            let is_in = |at: DVec2| at.cmpge(low).all() && at.cmple(high).all();
+            let has_one = (-3..8).any(|x| {
+                (-3..8).any(|y| {
+                    let corner = DVec2::new(f64::from(x), f64::from(y));
+                    SAMPLES.iter().any(|sample| is_in(corner + DVec2::from(*sample)))
+                })
+            });
+            let found = has_sample([[low.x, high.x], [low.y, high.y]]);
+            assert!(found || !has_one, "{low} {high}");
+            without += usize::from(!found);
+        }
+        assert!((1000..3000).contains(&without), "{without} of 4000");
     }
 
     #[test]

@@ -404,13 +404,17 @@ fn a_projection_has_a_range_of_its_own_that_can_be_set() {
 #[test]
 fn a_slice_shows_its_section_whole_at_first_and_is_dragged_by_its_handle() {
     let mut bench = Bench::opened();
+    let dense = bench.last_request().scene.transfer().cloned();
     bench.harness.get_by_label("Add slice").click();
     bench.settle();
     let slice = |bench: &Bench| -> Slice { bench.last_request().scene.inside.slices[0] };
     assert!(!slice(&bench).only_shown);
     let scene = bench.last_request().scene;
     assert_eq!(scene.little_seen_of_slice(&slice(&bench)), None, "what hid it is faint");
-    assert!(scene.inside.is_faded);
+    assert!(
+        scene.inside.is_faded && bench.shows("The volume would hide the slice, so it was faded")
+    );
+    assert_eq!(scene.transfer(), dense.as_ref(), "the curve stays");
     press(&mut bench, Modifiers::COMMAND, Key::Z);
     let scene = bench.window().scene().expect("something is open");
     assert!(scene.inside.slices.is_empty() && !scene.inside.is_faded, "one step");

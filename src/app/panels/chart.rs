@@ -79,7 +79,8 @@ pub fn chart_ui(
     if points.is_empty() {
         let font = FontId::proportional(12.5);
         let text = "Points appear here as modes are measured";
-        painter.text(rect.center(), Align2::CENTER_CENTER, text, font, theme::TEXT_FAINT);
+        let galley = painter.layout(text.to_owned(), font, theme::TEXT_FAINT, rect.width());
+        painter.galley(rect.center() - galley.size() / 2.0, galley, theme::TEXT_FAINT);
         return None;
     }
     let places: Vec<(usize, Pos2)> = points
