@@ -232,7 +232,8 @@ fn streamlines_and_arrows_in_opaque_matter_fade_it_and_say_so() {
         let said = told(&dense).expect("it is told");
         assert!(said.contains(name), "{said}");
         // What it offers shows the matter again, and the lines stay.
-        press(&mut dense, "Show the volume again");
+        let button = dense.harness.get_all_by_label("Show the volume again").next();
+        button.expect("on the notice").click();
         dense.settle();
         assert!(!dense.window().scene().expect("open").inside.is_faded, "{name}");
         assert_eq!(layers(&dense).len(), 1);
