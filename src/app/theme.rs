@@ -69,7 +69,8 @@ fn dress(style: &mut Style) {
     spacing.tooltip_width = 320.0;
     spacing.menu_margin = Margin::same(6);
     spacing.window_margin = Margin::same(14);
-    spacing.scroll = ScrollStyle::floating();
+    // Calm bars: those in front of their ground are as bright as text.
+    spacing.scroll = ScrollStyle { foreground_color: false, ..ScrollStyle::floating() };
 
     let visuals = &mut style.visuals;
     visuals.panel_fill = PANEL;

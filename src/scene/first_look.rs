@@ -176,7 +176,7 @@ impl FirstLook {
             _ if let Some(own) = SplatSettings::of_cells_or_points(volume) => own,
             true => SplatSettings::NAMES,
             false if is_thick && !is_picture => SplatSettings::SMOOTH,
-            false if Kind::of(statistics) == Kind::Rounded && !is_picture => SplatSettings::SMOOTH,
+            false if is_lit && Kind::of(statistics) == Kind::Rounded => SplatSettings::SMOOTH,
             false => SplatSettings::EXACT,
         };
         let slabs_per_voxel = match (splat, depth, &volume.cells) {

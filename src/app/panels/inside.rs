@@ -85,9 +85,8 @@ pub fn inside_ui(ui: &mut Ui, scene: &mut Scene, space: Option<&str>) {
         note_of(1, i).into_iter().for_each(|text| note_ui(ui, text));
         removed
     };
-    let had_slices = !slices.is_empty();
     let is_new_slice = listed_ui(ui, slices, MOST_SLICES, more, one);
-    if had_slices && slices.is_empty() && isosurfaces.is_empty() {
+    if has_any && slices.is_empty() && isosurfaces.is_empty() {
         show_again(scene);
     }
     if is_new_isosurface {
@@ -148,7 +147,7 @@ pub fn add_slice(scene: &mut Scene) {
     }
 }
 
-/// A volume that was faded is as dense again as it was, once nothing lies in it any more.
+/// A volume that was faded for what lies in it is as dense again as it was, once nothing does.
 fn show_again(scene: &mut Scene) {
     if scene.inside.is_faded && scene.vectors().is_empty() && scene.polygons().is_empty() {
         scene.fade(false);
