@@ -428,7 +428,7 @@ pub const ACTIONS: [Entry; 54] = [
         Menu::View,
         "End tools",
         plain(Key::Escape),
-        "Let go of window and level, the probe and the octree's cells; takes errors off the picture",
+        "End the probe, window and level and the octree's cells, and take errors and effects off the picture",
     ),
     entry(
         Action::ToggleSidePanel,

@@ -10,7 +10,7 @@ use super::actions::Action;
 use super::job::{Ended, Job};
 use super::vectors::faded_for;
 use super::window::Window;
-use crate::core::Ticket;
+use crate::core::{Srgb8, Ticket};
 use crate::polygons::Mesh;
 use crate::scene::{Layer, Look, PolygonLayer, SampleSource, VectorLayer};
 use crate::vector::{self, Following, GlyphError, Seeds, StreamlineError};
@@ -71,6 +71,9 @@ pub enum FlowShape {
     Arrows,
 }
 
+/// The colour of lines among the splats of their vectors: no map that these may have has it.
+const AMONG_SPLATS: Srgb8 = Srgb8([0, 229, 255]);
+
 /// What is being made.
 type Made = Result<Mesh, Option<String>>;
 
@@ -79,6 +82,8 @@ type Made = Result<Mesh, Option<String>>;
 pub(super) struct Flow {
     pub(super) choice: FlowChoice,
     pub(super) job: Option<Job<Made>>,
+    /// What it makes.
+    shape: Option<FlowShape>,
 }
 
 /// Makes shapes of vectors; `None` where that was cancelled.
@@ -125,12 +130,13 @@ impl Window {
             FlowShape::Arrows => "Making arrows",
         };
         let job = Job::start("flow", title, ctx, move |ticket| made(&layer, choice, shape, ticket));
-        self.flow.job = Some(job);
+        (self.flow.job, self.flow.shape) = (Some(job), Some(shape));
     }
 
     /// Puts what was made into the scene, in place of what was made so before.
     pub(super) fn take_flow(&mut self) {
         let Some(ended) = self.flow.job.as_ref().and_then(Job::poll) else { return };
+        let was_of_lines = self.flow.shape == Some(FlowShape::Streamlines);
         let was_cancelled = self.flow.job.take().is_some_and(|job| job.is_cancelled());
         let Some(scene) = self.scene.as_mut().filter(|_| !was_cancelled) else { return };
         match ended {
@@ -139,13 +145,17 @@ impl Window {
                 let source = SampleSource::made(mesh.name());
                 let (places, name) = (mesh.places(), mesh.name().to_owned());
                 let mut layer = PolygonLayer::new(Arc::new(mesh));
+                if was_of_lines && !scene.vectors().is_empty() {
+                    // Among splats in the colours of lengths, lines in the same ones are lost.
+                    layer.look.colour = Some(AMONG_SPLATS);
+                }
                 let is_of_name = |old: &Layer| {
                     (&old.source.path, &old.source.field) == (&source.path, &source.field)
                 };
                 match scene.layers.iter().position(is_of_name) {
                     Some(at) => {
                         if let Look::Polygons(old) = &scene.layers[at].look {
-                            layer.look.opacity = old.opacity;
+                            (layer.look.opacity, layer.look.colour) = (old.opacity, old.colour);
                         }
                         scene.replace(at, source, layer);
                     }

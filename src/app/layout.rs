@@ -17,8 +17,9 @@ use super::notices::text_and_button_ui;
 use super::panels::data::DataChoice;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    CLIP, INSIDE, POLYGONS, SPLATS, Sections, accuracy, clip, compare, data, encoding, inside,
-    polygons, section_ui, shading, splat, status, titled_section_ui, transfer, vectors, view,
+    CLIP, INSIDE, POLYGONS, SPLATS, Sections, VECTORS, accuracy, clip, compare, data, encoding,
+    inside, polygons, section_ui, shading, splat, status, titled_section_ui, transfer, vectors,
+    view,
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
@@ -287,7 +288,7 @@ impl Window {
         });
         let (choice, is_larger) = choice.unwrap_or_default();
         let vector_request = document.has_vectors().then(|| {
-            section_ui(ui, sections, "Vectors", |ui| {
+            section_ui(ui, sections, VECTORS, |ui| {
                 let (clock, fps) = (&mut self.vectors.clock, &mut self.settings.animation_fps);
                 let now = ui.ctx().time();
                 // Other sections have colours, too.

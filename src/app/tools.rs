@@ -9,7 +9,7 @@ impl Window {
     /// Whether Escape would end a tool or take an error away: nothing else is there that it closes or leaves first.
     pub(super) fn escape_ends_tools(&self, ctx: &Context) -> bool {
         let has_tool = self.leveling.on || self.probing.is_on() || self.cells.on;
-        let has_any = has_tool || self.notices.has_errors();
+        let has_any = has_tool || self.effects.open || self.notices.has_errors();
         let is_held = ctx.input(|input| input.pointer.any_down());
         has_any && self.dialog.is_none() && !self.had_focus && !is_held && !Popup::is_any_open(ctx)
     }
@@ -33,11 +33,12 @@ impl Window {
         }
     }
 
-    /// Ends window and level, the probe and the octree's cells, and takes errors off the picture.
+    /// Ends window and level, the probe and the octree's cells, and takes errors and the panel of effects off the picture.
     pub(super) fn end_tools(&mut self, ctx: &Context) {
         self.notices.dismiss_errors();
         self.leveling.on = false;
         self.cells.on = false;
+        self.effects.open = false;
         if self.probing.is_on() {
             self.toggle_probe(ctx);
         }

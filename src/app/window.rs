@@ -336,7 +336,11 @@ impl Window {
             Action::AddSlice => self.add_inside(ctx, inside::add_slice),
             Action::AddIsosurface => self.add_inside(ctx, inside::add_isosurface),
             Action::ToggleClipBox => self.toggle_clip_box(ctx),
-            Action::MakeStreamlines => self.start_flow(ctx, FlowShape::Streamlines),
+            Action::MakeStreamlines => {
+                self.show_section(ctx, panels::VECTORS);
+                panels::flow::unfold(ctx);
+                self.start_flow(ctx, FlowShape::Streamlines);
+            }
             Action::ToggleLights => self.toggle_lights(),
             Action::ToggleFade => self.toggle_fade(),
             Action::ShowFaded => {
@@ -351,7 +355,7 @@ impl Window {
             Action::ToggleCells => self.toggle_cells(),
             Action::ToggleSidePanel if !has_side_room(ctx) => self.notices.hint(NO_SIDE_ROOM),
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
-            Action::ToggleAccuracy => self.accuracy.open = !self.accuracy.open,
+            Action::ToggleAccuracy => self.toggle_accuracy(),
             Action::ToggleCompare => self.toggle_compare(),
             Action::ToggleDifference => {
                 self.compare.display = match self.compare.display {
@@ -440,10 +444,23 @@ impl Window {
     fn toggle_compare(&mut self) {
         let Some(scene) = &self.scene else { return };
         self.compare.toggle(&scene.splat);
+        if self.compare.on {
+            self.tell_of_judging("Modes are compared as they are: refining beyond that waits");
+        }
+    }
+
+    fn toggle_accuracy(&mut self) {
+        self.accuracy.open = !self.accuracy.open;
+        if self.accuracy.open {
+            self.tell_of_judging("Modes are measured as they are: refining beyond that waits");
+        }
+    }
+
+    /// Says why a picture that was refined is shown without that.
+    fn tell_of_judging(&mut self, why: &str) {
         let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
-        let is_finer = refined.is_some_and(|refined| refined.convergence.last_difference.is_some());
-        if self.compare.on && is_finer {
-            self.notices.hint("Modes are compared as they are: what was refined beyond that waits");
+        if refined.is_some_and(|refined| refined.convergence.last_difference.is_some()) {
+            self.notices.hint(why);
         }
     }
 

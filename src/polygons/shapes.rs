@@ -11,7 +11,7 @@ use crate::core::Srgb8;
 const SIDES: u32 = 8;
 /// How far a tube's middle may lie beside its line, of its radius, and its colours beside those of the line, of 255.
 const BESIDE: f64 = 0.4;
-const OTHER_COLOUR: f64 = 3.0;
+const OTHER_COLOUR: f64 = 8.0;
 /// Places of a line that one piece of a tube passes, at most.
 const MOST_PASSED: usize = 64;
 /// Of an arrow's length, its head's; of the head's length, its radius; of that, the shaft's.
@@ -244,7 +244,7 @@ mod tests {
             bends(&(0..50).map(at).collect::<Vec<_>>(), 0.1).len()
         };
         assert_eq!(grown(|i| 5 * i as u8), 2);
-        assert_eq!(grown(|i| if i == 20 { 9 } else { 0 }), 5, "a spot has both of its neighbours");
+        assert_eq!(grown(|i| if i == 20 { 30 } else { 0 }), 5, "a spot has both of its neighbours");
         // Back where it came from.
         let back: Vec<_> = [0.0, 2.0, 1.0].map(|x| (DVec3::X * x, Srgb8::WHITE)).to_vec();
         assert_eq!(bends(&back, 0.1).len(), 3);

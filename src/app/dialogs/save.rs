@@ -14,6 +14,9 @@ use crate::task::loop_file::{Cycle, MOST_FRAMES};
 
 /// Greatest side of a saved picture, pixels.
 const MAX_SIDE: u32 = 16_384;
+/// What is said of other sizes.
+const BEYOND_SIZES: &str =
+    "Pictures are from 1 to 16384 pixels wide and high: the size stays as it was";
 
 /// What a picture is to be.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,18 +173,28 @@ impl SaveDialog {
         })
     }
 
+    /// Takes another size, or says why not.
+    fn resize(&mut self, size: [u32; 2]) {
+        if !size.iter().all(|side| (1..=MAX_SIDE).contains(side)) {
+            self.trouble = Some(BEYOND_SIZES);
+            return;
+        }
+        self.trouble = None;
+        self.size = if self.keep_shape { in_shape(self.size, size) } else { size };
+    }
+
     fn size_ui(&mut self, ui: &mut Ui) {
         ui.vertical(|ui| {
             ui.horizontal(|ui| {
-                let before = self.size;
-                let width = drag(&mut self.size[0]);
+                let mut size = self.size;
+                let width = drag(&mut size[0]);
                 let width = ui.add(width).accessible_name("Width in pixels");
                 ui.label("×");
-                let height = drag(&mut self.size[1]);
+                let height = drag(&mut size[1]);
                 let height = ui.add(height).accessible_name("Height in pixels");
                 ui.label("pixels");
-                if self.keep_shape && (width.changed() || height.changed()) {
-                    self.size = in_shape(before, self.size);
+                if width.changed() || height.changed() {
+                    self.resize(size);
                 }
             });
             ui.horizontal(|ui| {
@@ -295,7 +308,8 @@ fn cycle_ui(ui: &mut Ui, cycle: &mut Cycle) {
 }
 
 fn drag(side: &mut u32) -> DragValue<'_> {
-    DragValue::new(side).range(1..=MAX_SIDE).speed(4.0)
+    // Whoever types what no picture can have is told.
+    DragValue::new(side).range(0..=u32::MAX).speed(4.0)
 }
 
 /// `after` with the side that was left alone brought into the shape of `before`.
@@ -319,6 +333,18 @@ mod tests {
         assert_eq!(in_shape([800, 600], [1600, 600]), [1600, 1200]);
         assert_eq!(in_shape([800, 600], [800, 300]), [400, 300]);
         assert_eq!(in_shape([1, 16_384], [2, 16_384]), [2, MAX_SIDE]);
+    }
+
+    #[test]
+    fn sizes_that_no_picture_can_have_are_refused_and_change_nothing() {
+        let path = std::path::Path::new("a.png");
+        let mut dialog = SaveDialog::new([640, 480], true, false, path);
+        for beyond in [[0, 960], [1280, MAX_SIDE + 1], [u32::MAX, 1]] {
+            dialog.resize(beyond);
+            assert_eq!((dialog.size, dialog.trouble), ([1280, 960], Some(BEYOND_SIZES)));
+        }
+        dialog.resize([MAX_SIDE, 960]);
+        assert_eq!((dialog.size, dialog.trouble), ([MAX_SIDE, 12_288], None));
     }
 
     #[test]

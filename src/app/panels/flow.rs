@@ -1,7 +1,8 @@
 //! Streamlines and arrows: what they are made by.
 
 use eframe::egui::{
-    Button, CollapsingHeader, ComboBox, DragValue, RichText, Slider, SliderClamping, Ui,
+    Button, CollapsingHeader, ComboBox, Context, DragValue, Id, RichText, Slider, SliderClamping,
+    Ui,
 };
 use glam::DVec3;
 
@@ -9,6 +10,16 @@ use super::splat::slider_row;
 use super::{number_ui, row_ui, slider_ui};
 use crate::app::flow::{FlowChoice, FlowShape, SeedPlace};
 use crate::app::theme;
+
+/// Where it is kept that they are to be unfolded.
+fn sought_id() -> Id {
+    Id::unique("sought streamlines")
+}
+
+/// Has them unfolded when they are drawn next.
+pub fn unfold(ctx: &Context) {
+    ctx.data_mut(|data| data.insert_temp(sought_id(), true));
+}
 
 /// What lines and arrows are made by; which of the two is to be made.
 ///
@@ -21,7 +32,8 @@ pub(super) fn flow_ui(
     box_of: impl Fn() -> [DVec3; 2],
 ) -> Option<FlowShape> {
     let title = RichText::new("Streamlines and arrows").size(12.5).color(theme::TEXT_FAINT);
-    let header = CollapsingHeader::new(title).default_open(false);
+    let is_sought = ui.data_mut(|data| data.remove_temp::<bool>(sought_id())).is_some();
+    let header = CollapsingHeader::new(title).default_open(false).open(is_sought.then_some(true));
     let shown = header.show_unindented(ui, |ui| {
         let slider = Slider::new(&mut choice.seeds, 1..=500).logarithmic(true);
         let help = "Lines along the vectors, about so many";

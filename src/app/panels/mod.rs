@@ -13,7 +13,7 @@ pub mod curve;
 pub mod data;
 pub mod effects;
 pub mod encoding;
-mod flow;
+pub mod flow;
 pub mod freehand;
 pub mod graph;
 pub mod inside;
@@ -60,6 +60,8 @@ pub(super) const POLYGONS: &str = "Polygons and labels";
 /// And those of what lies in the volume, and of what is kept of it.
 pub(super) const INSIDE: &str = "Surfaces and slices";
 pub(super) const CLIP: &str = "Clip";
+/// And that of vectors.
+pub(super) const VECTORS: &str = "Vectors";
 /// The section of the mode; see [`super::modes::section`].
 pub(super) const SPLATS: &str = "Splats";
 

@@ -567,8 +567,7 @@ mod tests {
         let on_the_way = with(Some(0.3), 800.0, 0.7);
         let words = error_words(&on_the_way);
         assert!(
-            words.contains("changed by 30 % of full brightness")
-                && !words.contains("converged"),
+            words.contains("changed by 30 % of full brightness") && !words.contains("converged"),
             "{words}"
         );
         assert_eq!(at_rest(&on_the_way), "Refining · 28 ms · exact mode");

@@ -277,6 +277,8 @@ fn point_ui(
     let index = editor.selected;
     let Some(&(mut value, mut opacity)) = transfer.opacity.get(index) else { return };
     row_ui(ui, "Point", |ui| {
+        // Long numbers leave room for the buttons.
+        ui.spacing_mut().item_spacing.x = 4.0;
         let value_response = number_ui(ui, "Point value", value_drag(&mut value, statistics))
             .on_hover_text("The value at which the selected point lies, in the data's own units");
         let opacity_response = number_ui(ui, "Point opacity", opacity_drag(&mut opacity))
