@@ -499,6 +499,9 @@ impl Window {
         let top = viewport.top() + OVERLAY_INSET + lower;
         let top = pos2(viewport.center().x - width / 2.0, top);
         let rect = Rect::from_min_size(top, vec2(width, room));
+        if self.scene.as_ref().is_none_or(|scene| !scene.inside.is_faded) {
+            self.notices.withdraw(Action::ShowFaded);
+        }
         let shown = ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
             self.notices.bars_ui(ui);
             for job in self.jobs() {

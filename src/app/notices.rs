@@ -114,6 +114,11 @@ impl Notices {
         self.push(Kind::Note, text.into(), Some(action));
     }
 
+    /// Takes away what offers a command that has nothing to do any more.
+    pub fn withdraw(&mut self, action: Action) {
+        self.shown.retain(|notice| notice.offer != Some(action));
+    }
+
     /// The command that was offered, once its button was pressed.
     pub fn take_offer(&mut self) -> Option<Action> {
         self.taken.take()

@@ -418,6 +418,7 @@ fn a_slice_shows_its_section_whole_at_first_and_is_dragged_by_its_handle() {
     press(&mut bench, Modifiers::COMMAND, Key::Z);
     let scene = bench.window().scene().expect("something is open");
     assert!(scene.inside.slices.is_empty() && !scene.inside.is_faded, "one step");
+    assert!(!bench.shows("The volume would hide the slice, so it was faded"), "nothing is faded");
     press(&mut bench, Modifiers::COMMAND, Key::Y);
     bench.harness.get_all_by_label("Show the volume again").next().expect("a button").click();
     bench.settle();

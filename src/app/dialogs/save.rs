@@ -309,7 +309,7 @@ fn cycle_ui(ui: &mut Ui, cycle: &mut Cycle) {
 
 fn drag(side: &mut u32) -> DragValue<'_> {
     // Whoever types what no picture can have is told.
-    DragValue::new(side).range(0..=u32::MAX).speed(4.0)
+    DragValue::new(side).range(0..=u32::MAX).speed(4.0).update_while_editing(false)
 }
 
 /// `after` with the side that was left alone brought into the shape of `before`.

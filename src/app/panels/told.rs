@@ -292,14 +292,15 @@ fn error_words(shown: &Shown) -> String {
     let Some(refined) = doubled else { return level };
     let change = refined.convergence.last_difference.map_or_else(String::new, change_words);
     let slabs = slabs_words(report, refined.convergence.slabs_per_voxel);
-    let reached = match refined.convergence.is_reached() {
-        true => ", so it counts as converged: less than half a step of a display (0.2 %)",
-        false => "",
-    };
-    format!(
-        "With {slabs} instead of half as many the pixel that changed most changed by {change} of full \
-         brightness{reached}. {level}"
-    )
+    match refined.convergence.is_reached() {
+        true => format!(
+            "With {slabs} instead of half as many the pixel that changed most changed by {change} of full brightness, so it \
+             counts as converged: less than half a step of a display (0.2 %). {level}"
+        ),
+        false => format!(
+            "Still being refined: with {slabs} instead of half as many some pixel changed by {change} of full brightness. {level}"
+        ),
+    }
 }
 
 /// What a finished picture of a mode is worth.
