@@ -158,17 +158,19 @@ impl FirstLook {
         }
         let is_cloud = !is_picture && !is_of_cells && !is_of_names;
         let is_denser = transfer.opacity.is_sorted_by(|a, b| a.1 <= b.1);
-        if let (true, ColourSource::Map { map: ColourMap::Viridis, range: [low, high] }) =
+        if let (true, ColourSource::Map { map: ColourMap::Viridis, range }) =
             (is_cloud, &mut transfer.colour)
         {
-            let width = *high - *low;
-            match presets::is_of_chance(statistics) {
-                _ if is_lit => {
-                    *low -= BEYOND_LIT[0] * width;
-                    *high += BEYOND_LIT[1] * width;
-                }
-                false if is_denser => *high -= ABOVE_BRIGHT * width,
-                _ => {}
+            let [low, high] = *range;
+            let width = high - low;
+            let found = match presets::is_of_chance(statistics) {
+                _ if is_lit => [low - BEYOND_LIT[0] * width, high + BEYOND_LIT[1] * width],
+                false if is_denser => [low, high - ABOVE_BRIGHT * width],
+                _ => *range,
+            };
+            // The widest ranges have no room beside them.
+            if found.iter().all(|end| end.is_finite()) {
+                *range = found;
             }
         }
         let splat = match is_of_names {
