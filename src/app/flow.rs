@@ -71,7 +71,7 @@ pub enum FlowShape {
     Arrows,
 }
 
-/// The colour of lines among the splats of their vectors: no map that these may have has it.
+/// The colour of lines among the splats of their vectors: bright, and far from all of plasma, in which these flow at first.
 const AMONG_SPLATS: Srgb8 = Srgb8([0, 229, 255]);
 
 /// What is being made.

@@ -34,7 +34,7 @@ const PIXELS: usize = (TILE * TILE) as usize;
 #[derive(Debug)]
 pub(super) struct Polygons {
     made_of: MadeOf,
-    /// Those of the layers in the world: another view has the same.
+    /// The same of the layers as they lie in the world: kept, as every view begins with them.
     placed: Vec<Placed>,
     triangles: Vec<Triangle>,
     /// The box about each on the screen: most that lie in a cell are not in a tile.
@@ -364,7 +364,7 @@ impl Triangle {
     }
 }
 
-/// Whether any pixel has a sample between two places to the right and two down of a picture's upper left, or as good as there.
+/// Whether a box holds any sample of any pixel, rounding included: `[[left, right], [top, bottom]]` from the picture's upper left.
 fn has_sample(ends: [[f64; 2]; 2]) -> bool {
     let is_between = |at: f64, [low, high]: [f64; 2]| {
         (low - ROUNDING - at).ceil() <= (high + ROUNDING - at).floor()

@@ -9,7 +9,7 @@ use crate::core::Srgb8;
 
 /// Sides of a tube, a shaft, a cone.
 const SIDES: u32 = 8;
-/// How far a tube's middle may lie beside its line, of its radius, and its colours beside those of the line, of 255.
+/// How far a tube may leave its line, in radii of the tube, and its colours those of the line, in steps of 255.
 const BESIDE: f64 = 0.4;
 const OTHER_COLOUR: f64 = 8.0;
 /// Places of a line that one piece of a tube passes, at most.
@@ -164,7 +164,7 @@ impl Shapes {
     }
 }
 
-/// The ends of a line, and those of its places between which it is as good as straight and of even growth in colour.
+/// The places of a line that a tube needs: both ends, and where the line turns or its colour changes more than evenly.
 fn bends(places: &[(DVec3, Srgb8)], radius: f64) -> Vec<(DVec3, Srgb8)> {
     let is_passed = |i: usize, from: usize, to: usize| {
         let ((place, colour), (a, first), (b, last)) = (places[i], places[from], places[to]);

@@ -39,7 +39,7 @@ pub struct Inside {
     pub projected_range: Option<[f64; 2]>,
     /// Whether projected values are grey, from black to white, rather than in the colours of the transfer function.
     pub projected_grey: bool,
-    /// Whether the field's opacities were turned down, so that what lies in it is seen.
+    /// Whether the field is drawn with a small part of its opacities, so that what lies in it is seen.
     pub is_faded: bool,
 }
 
