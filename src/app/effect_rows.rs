@@ -92,7 +92,7 @@ impl Window {
                 "Refining",
                 "After the full picture ever thinner steps along the rays (slabs), until nothing changes",
                 Run::of(refined.is_some(), refines),
-                format!("Refine until converged, {}", key(ctx, Action::Converge)),
+                format!("Go on refining at rest, or {}", key(ctx, Action::Converge)),
                 Time::Unknown,
             ),
             row(

@@ -10,7 +10,7 @@ use super::actions::Action;
 use super::job::{Ended, Job};
 use super::vectors::faded_for;
 use super::window::Window;
-use crate::core::{Srgb8, Ticket};
+use crate::core::Ticket;
 use crate::polygons::Mesh;
 use crate::scene::{Layer, Look, PolygonLayer, SampleSource, VectorLayer};
 use crate::vector::{self, Following, GlyphError, Seeds, StreamlineError};
@@ -70,9 +70,6 @@ pub enum FlowShape {
     /// Vectors themselves.
     Arrows,
 }
-
-/// The colour of lines among the splats of their vectors: bright, and far from all of plasma, in which these flow at first.
-const AMONG_SPLATS: Srgb8 = Srgb8([0, 229, 255]);
 
 /// What is being made.
 type Made = Result<Mesh, Option<String>>;
@@ -144,11 +141,11 @@ impl Window {
                 self.notices.settle();
                 let source = SampleSource::made(mesh.name());
                 let (places, name) = (mesh.places(), mesh.name().to_owned());
-                let mut layer = PolygonLayer::new(Arc::new(mesh));
-                if was_of_lines && !scene.vectors().is_empty() {
-                    // Among splats in the colours of lengths, lines in the same ones are lost.
-                    layer.look.colour = Some(AMONG_SPLATS);
-                }
+                let mesh = Arc::new(mesh);
+                let mut layer = match was_of_lines {
+                    true => PolygonLayer::of_lines(mesh, !scene.vectors().is_empty()),
+                    false => PolygonLayer::new(mesh),
+                };
                 let is_of_name = |old: &Layer| {
                     (&old.source.path, &old.source.field) == (&source.path, &source.field)
                 };

@@ -23,11 +23,10 @@ use super::panels::{
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
-use super::window::{JobView, Window};
+use super::window::{JobView, Window, told_of};
 use super::{annotations, modes, theme, words};
 use crate::scene::{AlongRay, Inside, axis_letters, offers};
 use crate::task::annotations::laid_out;
-use crate::vector::MOST_SPEED;
 use crate::volume::Statistics;
 
 /// Narrowest side panel, and what is left beside it of the window at least, points: in narrower windows it
@@ -315,7 +314,7 @@ impl Window {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
-        let inside_before = scene.inside.clone();
+        let inside_before = told_of(&scene.inside);
         section_ui(ui, sections, INSIDE, |ui| {
             inside::inside_ui(ui, scene, space);
         });
@@ -360,15 +359,12 @@ impl Window {
             // What is seen now may reach farther.
             self.fit(view);
         }
-        self.tell_of_inside(&inside_before);
+        self.tell_of_inside(inside_before);
         match vector_request.flatten().flatten() {
             Some(VectorRequest::Field(source)) => self.choose_vectors(ui.ctx(), false, source),
             Some(VectorRequest::Second(source)) => self.choose_vectors(ui.ctx(), true, source),
             Some(VectorRequest::SaveLoop) => self.ask_to_save_loop(),
             Some(VectorRequest::Flow(shape)) => self.start_flow(ui.ctx(), shape),
-            Some(VectorRequest::SpeedBeyond) => self.notices.hint(format!(
-                "Speeds are within {MOST_SPEED} cycles a second, forwards or backwards: it stays as it was"
-            )),
             None => {}
         }
         match choice {

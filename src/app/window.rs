@@ -40,7 +40,7 @@ use super::panels::accuracy::AccuracyPanel;
 use super::panels::clip::ClipEditor;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
-use super::panels::{self, CLIP, INSIDE, inside};
+use super::panels::{self, CLIP, INSIDE, inside, typed};
 use super::polygons::{Polygons, Surfaces};
 use super::probing::Probing;
 use super::rate::PictureRate;
@@ -338,7 +338,7 @@ impl Window {
             Action::ToggleClipBox => self.toggle_clip_box(ctx),
             Action::MakeStreamlines => {
                 self.show_section(ctx, panels::VECTORS);
-                panels::flow::unfold(ctx);
+                panels::seek(ctx, panels::flow::FLOW);
                 self.start_flow(ctx, FlowShape::Streamlines);
             }
             Action::ToggleLights => self.toggle_lights(),
@@ -473,27 +473,24 @@ impl Window {
     /// Adds something that lies in the volume, whose row is in sight in the side panel then.
     fn add_inside(&mut self, ctx: &Context, add: fn(&mut Scene)) {
         let Some(scene) = &mut self.scene else { return };
-        let before = scene.inside.clone();
+        let before = told_of(&scene.inside);
         add(scene);
         self.show_section(ctx, INSIDE);
-        self.tell_of_inside(&before);
+        self.tell_of_inside(before);
     }
 
     /// Opens a section of the side panel, and has it scrolled into sight.
     fn show_section(&mut self, ctx: &Context, name: &'static str) {
         self.settings.sections.insert(name.to_owned(), true);
-        panels::seek_section(ctx, name);
+        panels::seek(ctx, name);
     }
 
     /// What follows where slices or isosurfaces were added: a view of everything is one of these, too, and it is said where the volume
     /// was faded for them.
-    pub(super) fn tell_of_inside(&mut self, before: &Inside) {
-        let Some(Inside { slices, is_faded, .. }) = self.scene.as_ref().map(|scene| &scene.inside)
-        else {
-            return;
-        };
-        let has_more_slices = slices.len() > before.slices.len();
-        let is_faded = *is_faded && !before.is_faded;
+    pub(super) fn tell_of_inside(&mut self, (slices, was_faded): (usize, bool)) {
+        let Some(scene) = &self.scene else { return };
+        let (now, is_faded) = told_of(&scene.inside);
+        let (has_more_slices, is_faded) = (now > slices, is_faded && !was_faded);
         if has_more_slices && let Some(view) = self.unmoved_view() {
             self.fit(view);
         }
@@ -743,6 +740,11 @@ impl Window {
     }
 }
 
+/// What is told of what lies in the volume, once it changes: how many slices there are, and whether the volume is faded.
+pub(super) fn told_of(inside: &Inside) -> (usize, bool) {
+    (inside.slices.len(), inside.is_faded)
+}
+
 /// A job as its progress bar shows it.
 pub(super) struct JobView<'a> {
     pub(super) title: &'a str,
@@ -777,6 +779,9 @@ impl Content for Window {
         self.pace_animation(&ctx);
         self.layout_ui(ui);
         self.dialogs_ui(&ctx);
+        if let Some(text) = typed::take_refusal(&ctx) {
+            self.notices.hint(text);
+        }
         self.colour_by_field(&ctx);
         self.pace(&ctx);
         self.record_step(&ctx);

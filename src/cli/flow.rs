@@ -8,7 +8,6 @@ use glam::DVec3;
 use super::vectors::Vectors;
 use super::{Failure, values};
 use crate::core::Ticket;
-use crate::polygons::Mesh;
 use crate::scene::{PolygonLayer, SampleSource};
 use crate::vector::{self, Following, MOST_ARROW_SIZE, Seeds};
 
@@ -149,11 +148,12 @@ impl FlowFlags {
             let lines = vector::streamlines(field, &seeds, &how, &ticket);
             let lines = lines.map_err(Failure::failed)?;
             let radius = radius * step;
-            found.push(vector::tubes(&lines, transfer, radius).map_err(Failure::failed)?);
+            let tubes = vector::tubes(&lines, transfer, radius).map_err(Failure::failed)?;
+            found.push(PolygonLayer::of_lines(Arc::new(tubes), !self.no_vector_splats));
         }
         if let Some(Arrows { every, size }) = self.arrows {
             let arrows = vector::arrows(field, transfer, every, size, &ticket);
-            found.push(arrows.map_err(Failure::failed)?);
+            found.push(PolygonLayer::new(Arc::new(arrows.map_err(Failure::failed)?)));
         }
         if self.no_vector_splats {
             match *alone {
@@ -162,7 +162,7 @@ impl FlowFlags {
                 false => *vectors = None,
             }
         }
-        let of = |mesh: Mesh| (SampleSource::made(mesh.name()), PolygonLayer::new(Arc::new(mesh)));
+        let of = |layer: PolygonLayer| (SampleSource::made(layer.mesh.name()), layer);
         Ok(found.into_iter().map(of).collect())
     }
 }

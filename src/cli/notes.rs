@@ -166,8 +166,9 @@ pub(super) fn idle_beside_projection(
     if inside.along == AlongRay::Composite {
         return None;
     }
-    let idle: Vec<_> =
-        scene.of_opacities().into_iter().chain(shading.given()).chain(of_hiding).collect();
+    let fades = inside.is_faded.then_some("--fade");
+    let of_opacities = scene.of_opacities().into_iter().chain(shading.given());
+    let idle: Vec<_> = of_opacities.chain(of_hiding).chain(fades).collect();
     let (last, others) = idle.split_last()?;
     let (names, change) = match others {
         [] => ((*last).to_owned(), "changes"),
@@ -277,6 +278,14 @@ mod tests {
             tables.ends_with("--modulation and --order change nothing in the picture"),
             "{tables}"
         );
+        let line = ["voxsplat", "probe", "x", "--at", "0,0"];
+        let Some(Command::Probe(flags)) = Arguments::try_parse_from(line).expect("flags").command
+        else {
+            panic!("a probe")
+        };
+        let faded = Inside { along: AlongRay::Average, is_faded: true, ..Inside::default() };
+        let faded = idle_beside_projection(&faded, &flags.scene, &flags.shading, Vec::new());
+        assert!(faded.expect("a note").ends_with("--fade changes nothing in the picture"));
         assert_eq!(said(AlongRay::Composite, &["--light", "0,0,1"]), None);
     }
 

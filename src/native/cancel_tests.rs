@@ -221,7 +221,7 @@ fn polygons_are_placed_bounded_and_taken_some_at_a_time() {
     let mesh = Mesh::new("sheet", corners, Vec::new(), Vec::new(), triangles).expect("a mesh");
     let layer = PolygonLayer::new(Arc::new(mesh));
     let plan = Plan::of(&scene_of(&volume).with(layer), [320, 240]);
-    assert_stops("polygons", 3 * (count >> 12), |ticket| Polygons::of(&plan, None, ticket));
+    assert_stops("polygons", 2 * (count >> 12), |ticket| Polygons::of(&plan, None, ticket));
 }
 
 /// Hexahedra all over a lattice of so many samples a side, and numbers on their points.

@@ -25,8 +25,9 @@ const NEAREST: f64 = 1e-4;
 const MOST_KEPT: usize = 1 << 14;
 /// What of light comes through to less than this adds nothing that 32 bits tell.
 const LEAST_THROUGH: f32 = 1e-9;
-/// Triangles between two looks at the ticket.
+/// Triangles between two looks at the ticket, and the parts of these that threads share.
 const A_RUN: usize = 1 << 12;
+const RUNS: usize = 8;
 /// Pixels of a tile.
 const PIXELS: usize = (TILE * TILE) as usize;
 
@@ -165,31 +166,35 @@ impl Polygons {
         let of_layer: Vec<_> = (made_of.layers.iter())
             .map(|layer| (layer.mesh.origin() - centre, layer.look.opacity as f32))
             .collect();
-        let seen = |i: usize| {
-            let Placed { corners, normals, colours, layer } = placed[i];
-            let (from_centre, opacity) = of_layer[layer as usize];
-            let seen = |corner: Vec3| {
+        let seen = |Placed { corners, normals, colours, layer }: &Placed| {
+            let (from_centre, opacity) = of_layer[*layer as usize];
+            let seen = |corner: &Vec3| {
                 rotation * (corner.as_dvec3() + from_centre) * view.pixels_per_unit + beside
             };
-            Triangle { corners: corners.map(seen), normals, colours, opacity }
+            let corners = [seen(&corners[0]), seen(&corners[1]), seen(&corners[2])];
+            let (around, span) = bounds(corners, view)?;
+            Some((
+                Triangle { corners, normals: *normals, colours: *colours, opacity },
+                around,
+                span,
+            ))
         };
-        let mut triangles = mapped(placed.len(), A_RUN, seen, ticket)?;
-        let bounds = mapped(triangles.len(), A_RUN, |i| triangles[i].bounds(view), ticket)?;
-        let seen = bounds.iter().flatten().count();
-        let (mut boxes, mut spans) = (Vec::with_capacity(seen), Vec::with_capacity(seen));
-        // Those that are not seen make room for those behind them.
-        for (i, bounds) in bounds.into_iter().enumerate() {
-            if i.is_multiple_of(A_RUN) {
-                look(ticket)?;
-            }
-            if let Some((around, span)) = bounds {
-                triangles[boxes.len()] = triangles[i];
+        let runs = placed.len().div_ceil(A_RUN / RUNS);
+        let run = |run: usize| -> Vec<_> {
+            let end = placed.len().min((run + 1) * (A_RUN / RUNS));
+            placed[run * (A_RUN / RUNS)..end].iter().filter_map(seen).collect()
+        };
+        let runs = mapped(runs, RUNS, run, ticket)?;
+        let count = runs.iter().map(Vec::len).sum();
+        let mut triangles = Vec::with_capacity(count);
+        let (mut boxes, mut spans) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for run in runs {
+            for (triangle, around, span) in run {
+                triangles.push(triangle);
                 boxes.push(around);
                 spans.push(span);
             }
         }
-        triangles.truncate(boxes.len());
-        triangles.shrink_to_fit();
         let cells = Cells::new(view.size, &spans, ticket)?;
         let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
         let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
@@ -347,20 +352,51 @@ fn leave_out_hidden(list: &mut Vec<Fragment>) {
     });
 }
 
-impl Triangle {
-    /// The box about it, and the cells that it may touch; `None` where it lies between all samples, as most do of a mesh that is
-    /// fine beside the pixels.
-    fn bounds(&self, view: &View) -> Option<(Box2, Span)> {
-        let bounds = Seen::new(self, view)?.bounds;
-        let [right, up] = bounds;
-        let half = view.size.map(|n| f64::from(n) / 2.0);
-        if !has_sample([right.map(|x| x + half[0]), [half[1] - up[1], half[1] - up[0]]]) {
-            return None;
+/// The box about a triangle in view space, and the cells that it may touch; `None` where it lies between all samples, as most do
+/// of a mesh that is fine beside the pixels, or behind the eye.
+fn bounds(corners: [DVec3; 3], view: &View) -> Option<(Box2, Span)> {
+    let [right, up] = Depths::of(corners, view)?.around(corners);
+    let half = view.size.map(|n| f64::from(n) / 2.0);
+    if !has_sample([right.map(|x| x + half[0]), [half[1] - up[1], half[1] - up[0]]]) {
+        return None;
+    }
+    // Samples lie up to half a pixel beside its centre.
+    let columns = [right[0] + half[0] - 0.5, right[1] + half[0] + 0.5];
+    let rows = [half[1] - up[1] - 0.5, half[1] - up[0] + 0.5];
+    Some((Box2::about([right, up]), Span::of(view.size, columns, rows)?))
+}
+
+/// How deep the corners of a triangle lie.
+struct Depths {
+    /// Beyond the frame's centre.
+    of: [f64; 3],
+    /// The part that a pixel at the focal plane is as long there.
+    scales: [f64; 3],
+    /// The least depth that is seen.
+    nearest: f64,
+}
+
+impl Depths {
+    /// `None` where all lie behind the eye.
+    fn of(corners: [DVec3; 3], view: &View) -> Option<Self> {
+        let of = [corners[0].z, corners[1].z, corners[2].z];
+        let beyond = view.view_centre.z;
+        let (scales, nearest) = match view.eye_distance {
+            None => ([1.0; 3], f64::NEG_INFINITY),
+            Some(eye) => (of.map(|depth| (depth + beyond) / eye), eye * NEAREST - beyond),
+        };
+        (!of.iter().all(|depth| *depth < nearest)).then_some(Self { of, scales, nearest })
+    }
+
+    /// The box about the triangle, to the right and up from the picture's middle: without ends where a corner lies behind the eye.
+    fn around(&self, corners: [DVec3; 3]) -> [[f64; 2]; 2] {
+        if !self.of.iter().all(|depth| *depth >= self.nearest) {
+            return [[f64::NEG_INFINITY, f64::INFINITY]; 2];
         }
-        // Samples lie up to half a pixel beside its centre.
-        let right = [right[0] + half[0] - 0.5, right[1] + half[0] + 0.5];
-        let down = [half[1] - up[1] - 0.5, half[1] - up[0] + 0.5];
-        Some((Box2::about(bounds), Span::of(view.size, right, down)?))
+        let at = |i: usize| corners[i].truncate() / self.scales[i];
+        let at = [at(0), at(1), at(2)];
+        let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
+        [[low.x, high.x], [low.y, high.y]]
     }
 }
 
@@ -386,23 +422,13 @@ struct Seen {
     depths: [f64; 3],
     /// The least depth that is seen.
     nearest: f64,
-    /// The box about it, to the right and up from the picture's middle.
-    bounds: [[f64; 2]; 2],
 }
 
 impl Seen {
     /// `None` where it is seen from its edge, or lies behind the eye, or where a corner is not a number.
     fn new(triangle: &Triangle, view: &View) -> Option<Self> {
         let corners = triangle.corners;
-        let beyond = view.view_centre.z;
-        let depths = corners.map(|corner| corner.z);
-        let (scales, nearest) = match view.eye_distance {
-            None => ([1.0; 3], f64::NEG_INFINITY),
-            Some(eye) => (depths.map(|depth| (depth + beyond) / eye), eye * NEAREST - beyond),
-        };
-        if depths.iter().all(|depth| *depth < nearest) {
-            return None;
-        }
+        let Depths { of: depths, scales, nearest } = Depths::of(corners, view)?;
         let share = |b: usize, c: usize| {
             let (p, q) = (corners[b], corners[c]);
             let (k, l) = (scales[b], scales[c]);
@@ -426,16 +452,7 @@ impl Seen {
             shares = shares.map(|share| share.map(|s| -s));
             owns = owns.map(|owns| !owns);
         }
-        let is_whole = depths.iter().all(|depth| *depth >= nearest);
-        let along = |of: [f64; 3]| {
-            if !is_whole {
-                return [f64::NEG_INFINITY, f64::INFINITY];
-            }
-            let at = [0, 1, 2].map(|i| of[i] / scales[i]);
-            [at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2])]
-        };
-        let bounds = [along(corners.map(|c| c.x)), along(corners.map(|c| c.y))];
-        Some(Self { shares, owns, depths, nearest, bounds })
+        Some(Self { shares, owns, depths, nearest })
     }
 
     fn shares_at(&self, at: DVec2) -> [f64; 3] {

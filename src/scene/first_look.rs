@@ -10,7 +10,7 @@ use super::{
 use crate::core::parallel;
 use crate::kernel::Kernel;
 use crate::transfer::{ColourMap, ColourSource, Kind, TransferFunction, presets};
-use crate::volume::{Lattice, ScalarVolume};
+use crate::volume::{Lattice, ScalarVolume, Statistics};
 
 /// A first look.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,6 +118,11 @@ impl SplatSettings {
     /// Splines that lie between the samples rather than swing through them: for thick slices, and for what was rounded to 8 bits,
     /// whose steps light would show.
     pub const SMOOTH: Self = Self { reconstruction: Reconstruction::Smooth, ..Self::EXACT };
+
+    /// The same with so many slabs to a voxel.
+    fn cut_into(self, slabs_per_voxel: f64) -> Self {
+        Self { slabs_per_voxel, ..self }
+    }
 }
 
 impl FirstLook {
@@ -146,51 +151,21 @@ impl FirstLook {
         // The outer faces of cells carry their shape, whatever lies within; so does where points end.
         let is_of_cells = volume.scattered.is_some();
         let is_lit = is_of_names || is_of_cells || faces.is_some_and(Faces::carry_the_shape);
-        if let (Some(_), false, ColourSource::Map { map, range }) =
-            (faces, is_lit, &mut transfer.colour)
-        {
-            // Greys and browns tell shapes by their light; without any, matter that is dense is one white.
-            if *map == ColourMap::Viridis {
-                // Its darkest colours are those of thin matter, which would be lost on black.
-                range[0] -= ABOVE_DARK * (range[1] - range[0]);
-            }
-            *map = ColourMap::Viridis;
+        if faces.is_some() && !is_lit {
+            colour_unlit(&mut transfer.colour);
         }
-        let is_cloud = !is_picture && !is_of_cells && !is_of_names;
-        let is_denser = transfer.opacity.is_sorted_by(|a, b| a.1 <= b.1);
-        if let (true, ColourSource::Map { map: ColourMap::Viridis, range }) =
-            (is_cloud, &mut transfer.colour)
-        {
-            let [low, high] = *range;
-            let width = high - low;
-            let found = match presets::is_of_chance(statistics) {
-                _ if is_lit => [low - BEYOND_LIT[0] * width, high + BEYOND_LIT[1] * width],
-                false if is_denser => [low, high - ABOVE_BRIGHT * width],
-                _ => *range,
-            };
-            // The widest ranges have no room beside them.
-            if found.iter().all(|end| end.is_finite()) {
-                *range = found;
-            }
+        if !is_picture && !is_of_cells && !is_of_names {
+            spread_colours(&mut transfer, statistics, is_lit);
         }
-        let splat = match is_of_names {
-            _ if volume.functions.is_some() => SplatSettings::FUNCTIONS,
-            _ if let Some(own) = SplatSettings::of_cells_or_points(volume) => own,
-            true => SplatSettings::NAMES,
-            false if is_thick && !is_picture => SplatSettings::SMOOTH,
-            false if is_lit && Kind::of(statistics) == Kind::Rounded => SplatSettings::SMOOTH,
-            false => SplatSettings::EXACT,
-        };
-        let slabs_per_voxel = match (splat, depth, &volume.cells) {
+        let splat = mode_of(volume, (is_of_names, is_thick && !is_picture, is_lit));
+        let splat = match (splat, depth, &volume.cells) {
             (SplatSettings::EXACT | SplatSettings::SMOOTH, ..) if is_lit => {
-                lit_slabs(volume.lattice.dims)
+                splat.cut_into(lit_slabs(volume.lattice.dims))
             }
-            (SplatSettings::CELLS, Some(depth), Some(field)) => {
-                wall_slabs(spacing.max_element(), depth * field.cells().median_edge())
-            }
-            _ => splat.slabs_per_voxel,
+            (SplatSettings::CELLS, Some(depth), Some(field)) => splat
+                .cut_into(wall_slabs(spacing.max_element(), depth * field.cells().median_edge())),
+            _ => splat,
         };
-        let splat = SplatSettings { slabs_per_voxel, ..splat };
         let view = match is_of_names {
             // Names have faces on all sides, and often no more than a few slices.
             true => NamedView::Isometric,
@@ -205,10 +180,7 @@ impl FirstLook {
     /// Its mode where it is not lit after all: slabs of samples are a sample thick then.
     pub fn unlit_mode(&self) -> SplatSettings {
         match self.splat.kernel {
-            Kernel::BSpline => {
-                let slabs_per_voxel = SplatSettings::EXACT.slabs_per_voxel;
-                SplatSettings { slabs_per_voxel, ..self.splat }
-            }
+            Kernel::BSpline => self.splat.cut_into(SplatSettings::EXACT.slabs_per_voxel),
             _ => self.splat,
         }
     }
@@ -220,6 +192,53 @@ impl FirstLook {
             *map = ByArray::FIRST_MAP;
         }
         Self { lighting: Some(Lighting::first_look()), ..self }
+    }
+}
+
+/// The mode of a volume, by whether its values name things, its slices are thick, and it is lit.
+fn mode_of(
+    volume: &ScalarVolume,
+    (is_of_names, is_thick, is_lit): (bool, bool, bool),
+) -> SplatSettings {
+    if volume.functions.is_some() {
+        return SplatSettings::FUNCTIONS;
+    }
+    if let Some(own) = SplatSettings::of_cells_or_points(volume) {
+        return own;
+    }
+    let shows_steps = is_lit && Kind::of(&volume.statistics) == Kind::Rounded;
+    match is_of_names {
+        true => SplatSettings::NAMES,
+        false if is_thick || shows_steps => SplatSettings::SMOOTH,
+        false => SplatSettings::EXACT,
+    }
+}
+
+/// Colours of what is not lit: greys and browns tell shapes by their light, and without any, matter that is dense is one white.
+fn colour_unlit(colour: &mut ColourSource) {
+    let ColourSource::Map { map, range } = colour else { return };
+    if *map == ColourMap::Viridis {
+        // Its darkest colours are those of thin matter, which would be lost on black.
+        range[0] -= ABOVE_DARK * (range[1] - range[0]);
+    }
+    *map = ColourMap::Viridis;
+}
+
+/// Has the colours of a cloud tell its shape: lit, none is so dark or so bright that light makes none of it; unlit, and the denser
+/// the greater its values are, the last colour is reached before the greatest.
+fn spread_colours(transfer: &mut TransferFunction, statistics: &Statistics, is_lit: bool) {
+    let is_denser = transfer.opacity.is_sorted_by(|a, b| a.1 <= b.1);
+    let ColourSource::Map { map: ColourMap::Viridis, range } = &mut transfer.colour else { return };
+    let [low, high] = *range;
+    let width = high - low;
+    let found = match presets::is_of_chance(statistics) {
+        _ if is_lit => [low - BEYOND_LIT[0] * width, high + BEYOND_LIT[1] * width],
+        false if is_denser => [low, high - ABOVE_BRIGHT * width],
+        _ => return,
+    };
+    // The widest ranges have no room beside them.
+    if found.iter().all(|end| end.is_finite()) {
+        *range = found;
     }
 }
 

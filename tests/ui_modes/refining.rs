@@ -48,7 +48,7 @@ fn a_key_refines_the_view_until_it_converges_and_the_next_one_only_as_time_allow
     bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
     bench.settle();
     assert_eq!(converge_ms(&bench), CONVERGE_WITHIN_MS);
-    bench.harness.get_by_role_and_label(Role::CheckBox, "Refine until converged").click();
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Go on refining at rest").click();
     bench.settle();
     assert_eq!(converge_ms(&bench), 0.0);
     assert!(bench.shows("Finished · 12 ms · exact mode"));

@@ -12,6 +12,7 @@ use super::{Outcome, buttons_ui, modal};
 use crate::app::document::{Library, RawLayout, Slice, Source};
 use crate::app::job::{Ended, Job};
 use crate::app::panels::name_ui;
+use crate::app::panels::typed;
 use crate::app::sentences::without_flags;
 use crate::app::{theme, words};
 use crate::volume::ScalarType;
@@ -88,8 +89,9 @@ impl RawDialog {
             name_ui(ui, "Dimensions").on_hover_text("Samples along x (fastest), y and z");
             ui.horizontal(|ui| {
                 for (n, axis) in layout.dims.iter_mut().zip(["x", "y", "z"]) {
-                    let drag = DragValue::new(n).range(1..=1_000_000_u64).speed(0.5);
-                    ui.add(drag).accessible_name(format!("Dimension {axis}"));
+                    let name = format!("Dimension {axis}");
+                    let drag = typed::number(ui, &name, n, 1..=1_000_000_u64).speed(0.5);
+                    ui.add(drag).accessible_name(name);
                 }
             });
             ui.end_row();

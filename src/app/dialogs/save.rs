@@ -9,6 +9,7 @@ use eframe::egui::{
 use super::{Outcome, buttons_ui, modal};
 use crate::app::file_dialog::FileDialog;
 use crate::app::panels::name_ui;
+use crate::app::panels::typed;
 use crate::app::{theme, words};
 use crate::task::loop_file::{Cycle, MOST_FRAMES};
 
@@ -297,12 +298,14 @@ impl SaveDialog {
 /// How many pictures a cycle has, and how long it takes.
 fn cycle_ui(ui: &mut Ui, cycle: &mut Cycle) {
     ui.horizontal(|ui| {
-        ui.add(DragValue::new(&mut cycle.frames).range(2..=MOST_FRAMES))
-            .accessible_name("Pictures of the loop")
+        let name = "Pictures of the loop";
+        ui.add(typed::number(ui, name, &mut cycle.frames, 2..=MOST_FRAMES))
+            .accessible_name(name)
             .on_hover_text("32 are two a step of the marks: more are smoother and larger");
         ui.label("pictures in");
-        ui.add(DragValue::new(&mut cycle.seconds).range(0.1..=60.0).speed(0.05).max_decimals(2))
-            .accessible_name("Seconds of the loop");
+        let name = "Seconds of the loop";
+        let seconds = typed::number(ui, name, &mut cycle.seconds, 0.1..=60.0);
+        ui.add(seconds.speed(0.05).max_decimals(2)).accessible_name(name);
         ui.label("seconds");
     });
 }

@@ -62,8 +62,8 @@ impl Axes {
     }
 }
 
-/// Numbers and faint lines: 1-2-5 steps of time, every 5 or 10 dB.
-pub fn paint_axes(painter: &Painter, axes: Axes) {
+/// Numbers and faint lines: 1-2-5 steps of time, every 5 or 10 dB. Where words stand in the graph now is added to `taken`.
+pub fn paint_axes(painter: &Painter, axes: Axes, taken: &mut Vec<Rect>) {
     let font = FontId::proportional(11.0);
     let line = Stroke::new(1.0, theme::LINE);
     let Rect { min, max } = axes.rect;
@@ -110,6 +110,7 @@ pub fn paint_axes(painter: &Painter, axes: Axes) {
     ] {
         let galley = painter.layout_no_wrap(words.to_owned(), font.clone(), quiet);
         let place = align.anchor_size(corner, galley.size());
+        taken.push(place);
         // No line goes through the words.
         painter.rect_filled(place.expand2(vec2(2.0, 0.0)), CornerRadius::ZERO, theme::WELL);
         painter.galley(place.min, galley, quiet);

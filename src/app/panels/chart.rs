@@ -2,8 +2,8 @@
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Align2, CornerRadius, CursorIcon, FontId, Painter, PointerButton, Pos2, Rect, Response, Sense,
-    Shape, Stroke, Tooltip, Ui, Vec2, WidgetInfo, pos2, vec2,
+    CornerRadius, CursorIcon, FontId, Painter, PointerButton, Pos2, Rect, Response, Sense, Shape,
+    Stroke, Tooltip, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
 use super::axes::{AROUND, Axes, paint_axes};
@@ -72,9 +72,10 @@ pub fn chart_ui(
         return None;
     }
     let axes = Axes::around(rect, points);
-    paint_axes(&painter, axes);
+    let mut taken = Vec::new();
+    paint_axes(&painter, axes, &mut taken);
     if let Some((db, level)) = marks.picture_db.filter(|db| db.is_finite()).zip(picture) {
-        picture_ui(&painter, axes, db, &level);
+        picture_ui(&painter, axes, (db, &level), &mut taken);
     }
     if points.is_empty() {
         let font = FontId::proportional(12.5);
@@ -111,6 +112,10 @@ pub fn chart_ui(
         let look = Look { is_best: front.contains(&index), is_shown: shown == Some(index) };
         paint_point(&painter, axes, &points[index], place, marks, look);
     }
+    let is_default = |&&(index, _): &&(usize, Pos2)| is_of(&points[index], &marks.default);
+    for &(_, place) in places.iter().filter(is_default) {
+        default_ui(&painter, axes, place, &taken);
+    }
     if let Some(index) = shown {
         let point = &points[index];
         if near.is_some() && point.settings.is_some() {
@@ -129,7 +134,7 @@ pub fn chart_ui(
 }
 
 /// The level that the picture on screen was found to have, and within what, across the graph.
-fn picture_ui(painter: &Painter, axes: Axes, db: f64, level: &str) {
+fn picture_ui(painter: &Painter, axes: Axes, (db, level): (f64, &str), taken: &mut Vec<Rect>) {
     let height = |db: f64| axes.at(1.0, db).y.clamp(axes.rect.top(), axes.rect.bottom());
     let (low, high) = (height(db - WITHIN_DB), height(db + WITHIN_DB));
     let band = Rect::from_x_y_ranges(axes.rect.x_range(), high..=low);
@@ -137,9 +142,25 @@ fn picture_ui(painter: &Painter, axes: Axes, db: f64, level: &str) {
     let y = height(db);
     painter.hline(axes.rect.x_range(), y, Stroke::new(1.0, theme::TEXT.gamma_multiply(0.5)));
     let font = FontId::proportional(11.0);
-    let at = pos2(axes.rect.right() - 6.0, y - 2.0);
-    let text = format!("picture on screen, {level}");
-    painter.text(at, Align2::RIGHT_BOTTOM, text, font, theme::TEXT_FAINT);
+    let words = format!("picture on screen, {level}");
+    let words = painter.layout_no_wrap(words, font, theme::TEXT_FAINT);
+    let [left, right] = [axes.rect.left() + 6.0, axes.rect.right() - 6.0 - words.size().x];
+    let [over, under] = [y - 2.0 - words.size().y, y + 2.0];
+    let places = [pos2(right, over), pos2(right, under), pos2(left, over), pos2(left, under)];
+    if let Some(place) = free_place(axes, words.size(), places, taken) {
+        // No line goes through the words.
+        painter.rect_filled(place.expand2(vec2(2.0, 0.0)), CornerRadius::ZERO, theme::WELL);
+        painter.galley(place.min, words, theme::TEXT_FAINT);
+        taken.push(place);
+    }
+}
+
+/// The first of the places for words of a size that lies in the graph, on no other words.
+fn free_place(axes: Axes, size: Vec2, places: [Pos2; 4], taken: &[Rect]) -> Option<Rect> {
+    let places = places.into_iter().map(|place| Rect::from_min_size(place, size));
+    places
+        .filter(|place| axes.rect.contains_rect(*place))
+        .find(|place| !taken.iter().any(|taken| taken.intersects(*place)))
 }
 
 /// What of the marks there is to be explained.
@@ -264,9 +285,6 @@ fn paint_point(
         }
     }
     mark_of(point, look.is_best).paint(painter, place, look.is_shown, marks.is_old);
-    if is_of(point, &marks.default) {
-        default_ui(painter, axes, place);
-    }
     if is_of(point, marks.first) {
         Mark::OnScreen.paint(painter, place, false, false);
     }
@@ -275,14 +293,17 @@ fn paint_point(
     }
 }
 
-/// Names the default beside its point, where that is within the graph.
-fn default_ui(painter: &Painter, axes: Axes, place: Pos2) {
+/// Names the default beside its point, where there is room for it.
+fn default_ui(painter: &Painter, axes: Axes, at: Pos2, taken: &[Rect]) {
     let font = FontId::proportional(11.0);
     let words = painter.layout_no_wrap("Default".to_owned(), font, theme::TEXT_FAINT);
     let size = words.size();
-    let right = place.x + 11.0 + size.x <= axes.rect.right();
-    let x = if right { place.x + 11.0 } else { place.x - 11.0 - size.x };
-    painter.galley(pos2(x, place.y + 3.0), words, theme::TEXT_FAINT);
+    let [left, right] = [at.x - 11.0 - size.x, at.x + 11.0];
+    let [over, under] = [at.y - 3.0 - size.y, at.y + 3.0];
+    let places = [pos2(right, under), pos2(left, under), pos2(right, over), pos2(left, over)];
+    if let Some(place) = free_place(axes, size, places, taken) {
+        painter.galley(place.min, words, theme::TEXT_FAINT);
+    }
 }
 
 #[cfg(test)]
@@ -308,10 +329,19 @@ pub(super) mod tests {
 
     /// What is painted of a chart of this size, each shape with what it is cut off at.
     fn painted(size: Vec2, points: &[ChartPoint], second: bool) -> Vec<ClippedShape> {
+        painted_beside(size, points, second, None)
+    }
+
+    /// The same of a picture on screen of such a level.
+    fn painted_beside(
+        size: Vec2,
+        points: &[ChartPoint],
+        second: bool,
+        picture_db: Option<f64>,
+    ) -> Vec<ClippedShape> {
         let (exact, classic) = (SplatSettings::EXACT, SplatSettings::SHADE_FIRST);
         let second = second.then_some(&classic);
-        let marks =
-            Marks { first: &exact, second, default: exact, is_old: false, picture_db: None };
+        let marks = Marks { first: &exact, second, default: exact, is_old: false, picture_db };
         let ctx = Context::default();
         let pass = || {
             let input = RawInput {
@@ -366,6 +396,39 @@ pub(super) mod tests {
         }
         let too_small = texts(&painted(LEAST_SIZE - vec2(1.0, 0.0), &sets_of_points()[2], true));
         assert!(too_small.is_empty(), "{too_small:?}");
+    }
+
+    #[test]
+    fn words_in_the_graph_lie_on_no_others_and_are_there_where_there_is_room() {
+        let is_in_graph = |text: &str| {
+            ["Default", "dB: higher is better", "time to draw a picture"].contains(&text)
+                || text.starts_with("picture on screen")
+        };
+        let mut found = BTreeSet::new();
+        for points in sets_of_points() {
+            for db in [9.0, 12.0, 20.0, 36.5, 41.0, 43.9, 87.0] {
+                for size in [vec2(150.0, 90.0), vec2(300.0, 150.0), vec2(454.0, 204.0)] {
+                    let shapes = painted_beside(size, &points, false, Some(db));
+                    let words = shapes.iter().filter_map(|shape| match &shape.shape {
+                        Shape::Text(text) if is_in_graph(text.galley.text()) => {
+                            Some((text.galley.text().to_owned(), text.visual_bounding_rect()))
+                        }
+                        _ => None,
+                    });
+                    let words: Vec<(String, Rect)> = words.collect();
+                    for (i, (one, at)) in words.iter().enumerate() {
+                        for (other, there) in &words[..i] {
+                            assert!(!at.intersects(*there), "{size} {db}: {one} on {other}");
+                        }
+                    }
+                    if size.x > 400.0 {
+                        assert!(words.len() >= 3, "{size} {db}: {words:?}");
+                        found.extend(words.into_iter().map(|(words, _)| words));
+                    }
+                }
+            }
+        }
+        assert!(found.contains("Default") && found.len() > 8, "{found:?}");
     }
 
     #[test]

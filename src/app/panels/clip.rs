@@ -1,11 +1,11 @@
 //! What is cut away of the volume: a box along its own axes, and planes.
 
-use eframe::egui::{Button, ComboBox, Slider, SliderClamping, Ui};
+use eframe::egui::{Button, ComboBox, Ui};
 use glam::DVec3;
 
 use super::inside::{listed_ui, note_ui, remove_ui};
 use super::range::{Numbers, range_ui};
-use super::{row_ui, slider_ui};
+use super::{row_ui, slider_ui, typed};
 use crate::app::modes;
 use crate::core::Camera;
 use crate::scene::{
@@ -243,7 +243,7 @@ pub(super) fn offset_ui(ui: &mut Ui, label: &str, plane: &mut Plane, lattice: &L
     let half = half_extent(lattice, normal);
     let middle = lattice.centre();
     let mut share = (plane.point - middle).dot(normal) / half * 100.0;
-    let slider = Slider::new(&mut share, -100.0..=100.0).clamping(SliderClamping::Edits);
+    let slider = typed::slider(ui, label, &mut share, -100.0..=100.0);
     let moved = slider_ui(ui, label, true, slider.suffix("%").max_decimals(1));
     let help = "How far it lies from the middle of the volume, of the way to its end";
     if moved.on_hover_text(help).changed() {

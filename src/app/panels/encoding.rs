@@ -1,11 +1,9 @@
 //! Basis functions: what a field is encoded by, how far that came, and what to do with them.
 
-use eframe::egui::{
-    Align2, Button, DragValue, FontId, Pos2, Rect, Sense, Shape, Slider, Stroke, Ui, pos2, vec2,
-};
+use eframe::egui::{Align2, Button, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
 use super::splat::{choice_ui, slider_row};
-use super::{facts_ui, number_ui, row_ui};
+use super::{facts_ui, number_ui, row_ui, typed};
 use crate::app::document::Document;
 use crate::app::encoding::{EncodeChoice, EncodeGoal, Encoding, EncodingRequest, LEAST_FUNCTIONS};
 use crate::app::{theme, words};
@@ -132,13 +130,15 @@ fn goal_ui(ui: &mut Ui, choice: &mut EncodeChoice) {
             "The mean of how far samples are from the sum, as a part of the values' range",
         ),
         EncodeGoal::Bytes => {
-            let slider = Slider::new(&mut choice.kilobytes, KILOBYTES).logarithmic(true);
+            let slider = typed::slider(ui, "Most kilobytes", &mut choice.kilobytes, KILOBYTES)
+                .logarithmic(true);
             let help = "The saved file is no longer";
             slider_row(ui, "Size", "Most kilobytes", slider.suffix(" kB"), help);
             return;
         }
     };
-    let slider = Slider::new(&mut choice.percent, PERCENT).logarithmic(true).suffix(" %");
+    let slider =
+        typed::slider(ui, name, &mut choice.percent, PERCENT).logarithmic(true).suffix(" %");
     slider_row(ui, "Error", name, slider.max_decimals(2), help);
 }
 
@@ -155,7 +155,7 @@ fn favour_ui(ui: &mut Ui, document: &Document, choice: &mut EncodeChoice, has_cl
     if let Some(range) = &mut choice.favoured {
         row_ui(ui, "Between", |ui| {
             for (end, name) in range.iter_mut().zip(["Favoured from", "Favoured to"]) {
-                let drag = DragValue::new(end).speed(0.002 * (max - min)).range(min..=max);
+                let drag = typed::number(ui, name, end, min..=max).speed(0.002 * (max - min));
                 let help = "Samples between these two values count more";
                 number_ui(ui, name, drag.max_decimals(3)).on_hover_text(help);
             }
@@ -166,7 +166,9 @@ fn favour_ui(ui: &mut Ui, document: &Document, choice: &mut EncodeChoice, has_cl
         ui.checkbox(&mut choice.favours_clip_box, "Favour the clip box").on_hover_text(help);
     }
     if choice.favoured.is_some() || (has_clip_box && choice.favours_clip_box) {
-        let slider = Slider::new(&mut choice.times, TIMES).logarithmic(true).max_decimals(1);
+        let slider = typed::slider(ui, "Favoured times", &mut choice.times, TIMES)
+            .logarithmic(true)
+            .max_decimals(1);
         let help = "How many times as much as the others these samples count";
         slider_row(ui, "Times", "Favoured times", slider, help);
     }
@@ -181,7 +183,8 @@ fn start_ui(
     goal_ui(ui, choice);
     let mut functions = choice.most_functions(document);
     let before = functions;
-    let slider = Slider::new(&mut functions, LEAST_FUNCTIONS..=MOST_FUNCTIONS).logarithmic(true);
+    let range = LEAST_FUNCTIONS..=MOST_FUNCTIONS;
+    let slider = typed::slider(ui, "Most functions", &mut functions, range).logarithmic(true);
     let help = "Functions, however far they are then. At first as many as suit the number of samples, 2000 at most";
     slider_row(ui, "At most", "Most functions", slider, help);
     if functions != before {

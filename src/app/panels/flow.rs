@@ -1,25 +1,15 @@
 //! Streamlines and arrows: what they are made by.
 
-use eframe::egui::{
-    Button, CollapsingHeader, ComboBox, Context, DragValue, Id, RichText, Slider, SliderClamping,
-    Ui,
-};
+use eframe::egui::{Button, CollapsingHeader, ComboBox, DragValue, RichText, Ui};
 use glam::DVec3;
 
 use super::splat::slider_row;
-use super::{number_ui, row_ui, slider_ui};
+use super::{number_ui, row_ui, slider_ui, take_sought, typed};
 use crate::app::flow::{FlowChoice, FlowShape, SeedPlace};
 use crate::app::theme;
 
-/// Where it is kept that they are to be unfolded.
-fn sought_id() -> Id {
-    Id::unique("sought streamlines")
-}
-
-/// Has them unfolded when they are drawn next.
-pub fn unfold(ctx: &Context) {
-    ctx.data_mut(|data| data.insert_temp(sought_id(), true));
-}
+/// What they are called where they are sought.
+pub(in crate::app) const FLOW: &str = "Streamlines and arrows";
 
 /// What lines and arrows are made by; which of the two is to be made.
 ///
@@ -31,19 +21,20 @@ pub(super) fn flow_ui(
     probed: Option<DVec3>,
     box_of: impl Fn() -> [DVec3; 2],
 ) -> Option<FlowShape> {
-    let title = RichText::new("Streamlines and arrows").size(12.5).color(theme::TEXT_FAINT);
-    let is_sought = ui.data_mut(|data| data.remove_temp::<bool>(sought_id())).is_some();
+    let title = RichText::new(FLOW).size(12.5).color(theme::TEXT_FAINT);
+    let is_sought = take_sought(ui.ctx(), FLOW);
     let header = CollapsingHeader::new(title).default_open(false).open(is_sought.then_some(true));
     let shown = header.show_unindented(ui, |ui| {
-        let slider = Slider::new(&mut choice.seeds, 1..=500).logarithmic(true);
+        let slider = typed::slider(ui, "Streamlines", &mut choice.seeds, 1..=500).logarithmic(true);
         let help = "Lines along the vectors, about so many";
         slider_row(ui, "Lines", "Streamlines", slider, help);
         seeds_ui(ui, choice, probed, box_of);
-        let slider = Slider::new(&mut choice.radius, 0.02..=2.0).max_decimals(2);
-        let slider = slider.logarithmic(true).clamping(SliderClamping::Edits);
+        let slider = typed::slider(ui, "Tube radius", &mut choice.radius, 0.02..=2.0);
+        let slider = slider.logarithmic(true).max_decimals(2);
         slider_row(ui, "Tube radius", "Tube radius", slider, "In steps of the grid");
         let help = "An arrow at every so many of the vectors along each axis";
-        slider_row(ui, "Arrow every", "Arrow every", Slider::new(&mut choice.every, 1..=32), help);
+        let slider = typed::slider(ui, "Arrow every", &mut choice.every, 1..=32);
+        slider_row(ui, "Arrow every", "Arrow every", slider, help);
         // Both beside each other need all of the panel.
         let made = ui.horizontal(|ui| {
             let help = "They become a mesh under Polygons, in place of those made before";
@@ -99,7 +90,8 @@ fn seeds_ui(
             });
             let help = "The axis of the vectors' grid that the plane of the seeds lies across";
             shown.response.accessible_name("Seeded across").on_hover_text(help);
-            let slider = Slider::new(&mut choice.share, 0.0..=1.0).max_decimals(2);
+            let slider =
+                typed::slider(ui, "Seeds at", &mut choice.share, 0.0..=1.0).max_decimals(2);
             slider_ui(ui, "Seeds at", true, slider).on_hover_text("Where along it, 0 to 1");
         });
         return;

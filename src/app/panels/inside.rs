@@ -1,9 +1,9 @@
 //! What is shown of the values along a ray, isosurfaces and slices.
 
-use eframe::egui::{Button, ComboBox, DragValue, Label, RichText, Slider, SliderClamping, Ui};
+use eframe::egui::{Button, ComboBox, Label, RichText, Ui};
 
 use super::splat::choice_ui;
-use super::{number_ui, row_ui, slider_ui};
+use super::{number_ui, row_ui, slider_ui, typed};
 use crate::app::{modes, theme};
 use crate::core::colour::srgb_from_linear;
 use crate::core::{Camera, Srgb8};
@@ -222,8 +222,9 @@ pub(super) fn remove_ui(ui: &mut Ui, name: &str, help: &str) -> bool {
 
 pub(super) fn opacity_ui(ui: &mut Ui, name: &str, opacity: &mut f64, help: &str) {
     row_ui(ui, "Opacity", |ui| {
-        let slider = Slider::new(opacity, 0.0..=1.0).clamping(SliderClamping::Edits);
-        slider_ui(ui, &format!("{name} opacity"), true, slider.max_decimals(2)).on_hover_text(help);
+        let name = format!("{name} opacity");
+        let slider = typed::slider(ui, &name, opacity, 0.0..=1.0);
+        slider_ui(ui, &name, true, slider.max_decimals(2)).on_hover_text(help);
     });
 }
 
@@ -237,8 +238,9 @@ fn isosurface_ui(
 ) -> bool {
     let name = format!("Isosurface {}", i + 1);
     row_ui(ui, &name, |ui| {
-        let slider = Slider::new(&mut iso.value, statistics.min..=statistics.max);
-        slider_ui(ui, &format!("{name} value"), true, slider.clamping(SliderClamping::Edits))
+        let name = format!("{name} value");
+        let slider = typed::slider(ui, &name, &mut iso.value, statistics.min..=statistics.max);
+        slider_ui(ui, &name, true, slider)
             .on_hover_text("The value that is passed on it, in the data's units");
     });
     opacity_ui(ui, &name, &mut iso.opacity, HIDES);
@@ -332,16 +334,16 @@ fn place_ui(
     let Some(along) = volume.coordinates(axis) else {
         let samples = volume.lattice.dims[axis] as f64;
         let mut sample = share * samples - 0.5;
-        let slider = Slider::new(&mut sample, 0.0..=samples - 1.0).max_decimals(1);
-        let slider = slider.clamping(SliderClamping::Edits).update_while_editing(false);
-        let moved = slider_ui(ui, label, true, slider);
+        let slider = typed::slider(ui, label, &mut sample, 0.0..=samples - 1.0);
+        let moved = slider_ui(ui, label, true, slider.max_decimals(1));
         let moved = moved.on_hover_text("The number of the sample that it passes, from 0");
         return moved.changed().then_some((sample + 0.5) / samples);
     };
     let ([low, high], mut coordinate) = (along.ends, along.at(share));
-    let slider = Slider::new(&mut coordinate, low..=high).max_decimals(along.decimals());
+    let slider =
+        typed::slider(ui, label, &mut coordinate, low..=high).max_decimals(along.decimals());
     let unit = volume.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
-    let slider = slider.suffix(unit).clamping(SliderClamping::Edits).update_while_editing(false);
+    let slider = slider.suffix(unit);
     let moved = slider_ui(ui, label, true, slider);
     let moved = moved.on_hover_text("The coordinate that it passes, as the file has it");
     moved.changed().then(|| along.share(coordinate))
@@ -427,7 +429,7 @@ fn projected_range_ui(ui: &mut Ui, scene: &mut Scene) {
         let help = "Projected values have their colours between these two, in the data's units: at first from the \
                     least to the greatest that rays come to";
         for (end, name) in range.iter_mut().zip(["Range from", "Range to"]) {
-            let drag = DragValue::new(end).speed(0.002 * (max - min)).range(min..=max);
+            let drag = typed::number(ui, name, end, min..=max).speed(0.002 * (max - min));
             number_ui(ui, name, drag.max_decimals(3)).on_hover_text(help);
         }
         is_fitted = ui

@@ -3,14 +3,13 @@
 use eframe::egui::accesskit::Role;
 use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Color32, CursorIcon, Pos2, Rect, Response, Sense, Shape, Slider, SliderClamping, Stroke, Ui,
-    Vec2, WidgetInfo, vec2,
+    Color32, CursorIcon, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, vec2,
 };
 use glam::{DQuat, DVec3, dvec3};
 
 use super::inside::{listed_ui, remove_ui};
 use super::splat::slider_row;
-use super::{row_ui, slider_ui};
+use super::{row_ui, slider_ui, typed};
 use crate::app::theme;
 use crate::core::colour::srgb_from_linear;
 use crate::core::{Camera, Srgb8};
@@ -51,12 +50,12 @@ pub(super) fn lighting_ui(ui: &mut Ui, lighting: &mut Lighting, camera: &Camera)
         ),
     ];
     for (name, share, help) in shares {
-        let slider = Slider::new(share, 0.0..=1.0).clamping(SliderClamping::Edits);
+        let slider = typed::slider(ui, name, share, 0.0..=1.0);
         slider_row(ui, name, name, slider.max_decimals(2), help);
     }
     row_ui(ui, "Specular power", |ui| {
-        let slider = Slider::new(&mut lighting.exponent, EXPONENT).logarithmic(true);
-        let slider = slider.clamping(SliderClamping::Edits).max_decimals(0);
+        let slider = typed::slider(ui, "Specular power", &mut lighting.exponent, EXPONENT);
+        let slider = slider.logarithmic(true).max_decimals(0);
         slider_ui(ui, "Specular power", lighting.specular > 0.0, slider)
             .on_hover_text("How small highlights are: the more, the smoother it looks")
             .on_disabled_hover_text("Nothing is mirrored: specular is 0");

@@ -33,6 +33,7 @@ pub mod stops;
 pub mod stretch;
 mod told;
 pub mod transfer;
+pub(super) mod typed;
 mod vector_look;
 pub mod vectors;
 pub mod view;
@@ -78,14 +79,14 @@ pub(super) fn section_ui<R>(
     titled_section_ui(ui, sections, (title, title), add)
 }
 
-/// Where the name of a section is kept that is to be scrolled into sight.
-fn sought_id() -> Id {
-    Id::unique("sought section")
+/// Has what is called `name` (a section, or a part of one) brought into sight when it is drawn next.
+pub(super) fn seek(ctx: &Context, name: &str) {
+    ctx.data_mut(|data| data.insert_temp(Id::unique(("sought", name)), true));
 }
 
-/// Has a section scrolled into sight when it is drawn next.
-pub(super) fn seek_section(ctx: &Context, name: &str) {
-    ctx.data_mut(|data| data.insert_temp(sought_id(), name.to_owned()));
+/// Whether it is to be brought into sight: once.
+fn take_sought(ctx: &Context, name: &str) -> bool {
+    ctx.data_mut(|data| data.remove_temp(Id::unique(("sought", name)))).unwrap_or_default()
 }
 
 /// The same where a section has another title at times; it is kept by its `name`.
@@ -105,14 +106,7 @@ pub(super) fn titled_section_ui<R>(
         ui.add_space(8.0);
         result
     });
-    let is_sought = ui.data_mut(|data| {
-        let is_sought = data.get_temp::<String>(sought_id()).is_some_and(|sought| sought == name);
-        if is_sought {
-            data.remove_temp::<String>(sought_id());
-        }
-        is_sought
-    });
-    if is_sought {
+    if take_sought(ui.ctx(), name) {
         shown.header_response.scroll_to_me(Some(Align::TOP));
     }
     if shown.header_response.clicked() {

@@ -1,11 +1,11 @@
 //! A range with two handles, each of which is also a number.
 
 use eframe::egui::{
-    CornerRadius, CursorIcon, DragValue, Rect, Sense, Stroke, StrokeKind, TextStyle, Ui,
-    WidgetText, pos2, vec2,
+    CornerRadius, CursorIcon, Rect, Sense, Stroke, StrokeKind, TextStyle, Ui, WidgetText, pos2,
+    vec2,
 };
 
-use super::{NUMBER_WIDTH, row_ui, wide_number_ui};
+use super::{NUMBER_WIDTH, row_ui, typed, wide_number_ui};
 use crate::app::theme;
 use crate::volume::Coordinates;
 
@@ -92,7 +92,7 @@ pub(super) fn range_ui(
         let number = |ui: &mut Ui, share: &mut f64, name: String| {
             let (mut shown, [least, most]) = numbers.shown(*share);
             let speed = (most - least) / 400.0;
-            let drag = DragValue::new(&mut shown).speed(speed).range(least..=most);
+            let drag = typed::number(ui, &name, &mut shown, least..=most).speed(speed);
             let drag = drag.custom_formatter(|shown, _| numbers.words(shown));
             let response = wide_number_ui(ui, &name, number_width, drag.suffix(numbers.suffix()));
             if response.on_hover_text(help).changed() {

@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Button, Checkbox, ComboBox, CornerRadius, DragValue, RichText, Sense, Ui, WidgetInfo, vec2,
+    Button, Checkbox, ComboBox, CornerRadius, Response, RichText, Sense, Ui, WidgetInfo, vec2,
 };
 
 use self::plane::{Counted, Grip, PlaneAxes, paint};
 use super::inside::note_ui;
 use super::splat::combo_ui;
-use super::transfer::{opacity_drag, step_button, steps_ui, value_drag};
-use super::{number_ui, row_ui};
+use super::transfer::{opacity_ui, step_button, steps_ui, value_ui};
+use super::{number_ui, row_ui, typed};
 use crate::app::{theme, words};
 use crate::core::Srgb8;
 use crate::scene::{Scene, Shading, strong_gradient};
@@ -163,12 +163,11 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
         removed = step_button(ui, "×", "Remove region", true).clicked();
     });
     row_ui(ui, "Region opacity", |ui| {
-        number_ui(ui, "Region opacity", opacity_drag(&mut region.opacity))
+        opacity_ui(ui, "Region opacity", &mut region.opacity)
             .on_hover_text("Opacity in its middle, 0 to 1");
         super::name_ui(ui, "soft");
-        let softness =
-            DragValue::new(&mut region.softness).speed(0.005).range(0.0..=1.0).max_decimals(3);
-        number_ui(ui, "Region softness", softness).on_hover_text(
+        let softness = typed::number(ui, "Region softness", &mut region.softness, 0.0..=1.0);
+        number_ui(ui, "Region softness", softness.speed(0.005).max_decimals(3)).on_hover_text(
             "Softness: the part of the way from its border to its middle over which the opacity rises",
         );
     });
@@ -194,14 +193,14 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
         ["Region values from", "Region values to"],
         help,
         &mut region.values,
-        |v| value_drag(v, &volume.statistics),
+        |ui, name, value| value_ui(ui, name, value, &volume.statistics),
     );
     let speed = strong_gradient(&volume) / 100.0;
     let help = "The gradient strengths that it spans: data units per unit of length, from 0 on";
     let names = ["Region gradients from", "Region gradients to"];
-    pair_ui(ui, "Gradients", names, help, &mut region.strengths, |strength| {
-        let drag = DragValue::new(strength).speed(speed).range(0.0..=f64::MAX);
-        drag.custom_formatter(|v, _| words::value(v))
+    pair_ui(ui, "Gradients", names, help, &mut region.strengths, |ui, name, strength| {
+        let drag = typed::number(ui, name, strength, 0.0..=f64::MAX).speed(speed);
+        number_ui(ui, name, drag.custom_formatter(|v, _| words::value(v)))
     });
     if removed {
         regions.remove(index);
@@ -212,19 +211,18 @@ fn region_ui(ui: &mut Ui, editor: &mut RegionEditor, scene: &mut Scene) {
 }
 
 /// Two numbers, the lower one first.
-fn pair_ui<'a>(
+fn pair_ui(
     ui: &mut Ui,
-    name: &str,
+    row: &str,
     names: [&str; 2],
     help: &str,
-    pair: &'a mut [f64; 2],
-    drag: impl Fn(&'a mut f64) -> DragValue<'a>,
+    [low, high]: &mut [f64; 2],
+    number: impl Fn(&mut Ui, &str, &mut f64) -> Response,
 ) {
-    row_ui(ui, name, |ui| {
-        let [low, high] = pair;
-        number_ui(ui, names[0], drag(low)).on_hover_text(help);
+    row_ui(ui, row, |ui| {
+        number(ui, names[0], low).on_hover_text(help);
         super::name_ui(ui, "to");
-        number_ui(ui, names[1], drag(high)).on_hover_text(help);
+        number(ui, names[1], high).on_hover_text(help);
     });
 }
 

@@ -8,7 +8,7 @@ use eframe::egui::{
 
 use super::curve::{GRAB, clicks, insert_point, move_point, nearest, remove_point};
 use super::graph::{Axes, ribbon};
-use super::{number_ui, row_ui};
+use super::{number_ui, row_ui, typed};
 use crate::app::{theme, words};
 use crate::core::Srgb8;
 
@@ -58,8 +58,9 @@ impl Entry for f64 {
     }
 
     fn edit_ui(&mut self, ui: &mut Ui, name: &str) -> bool {
-        let drag = DragValue::new(self).speed(0.005).range(0.0..=1.0).max_decimals(4);
-        let response = number_ui(ui, &format!("{name} amount"), drag);
+        let name = format!("{name} amount");
+        let drag = typed::number(ui, &name, self, 0.0..=1.0).speed(0.005).max_decimals(4);
+        let response = number_ui(ui, &name, drag);
         response.on_hover_text("The amount at the chosen point, 0 to 1").changed()
     }
 }

@@ -1,11 +1,10 @@
 //! How the volume is splatted.
 
 use eframe::egui::{
-    Button, CollapsingHeader, ComboBox, DragValue, Label, Painter, Rect, Response, RichText,
-    Slider, Ui,
+    Button, CollapsingHeader, ComboBox, Label, Painter, Rect, Response, RichText, Slider, Ui,
 };
 
-use super::{number_ui, pictures, reset_ui, row_ui, slider_ui};
+use super::{number_ui, pictures, reset_ui, row_ui, slider_ui, typed};
 use crate::app::modes::{self, PRESETS};
 use crate::app::{theme, words};
 use crate::kernel::{Kernel, MOST_EXTENT, Subdivisions};
@@ -236,14 +235,14 @@ fn presets_ui(ui: &mut Ui, splat: &mut SplatSettings) {
 /// How finely a splat is cut into triangles.
 fn mesh_ui(ui: &mut Ui, now: Subdivisions, chosen: &mut ModeChoice) {
     let mut angles = now.angles;
-    let slider = Slider::new(&mut angles, Subdivisions::ANGLES);
+    let slider = typed::slider(ui, "Mesh angles", &mut angles, Subdivisions::ANGLES);
     let help = "Corners about the middle of each splat: more are rounder and slower, fewer show their \
                 edges";
     if slider_row(ui, "Mesh angles", "Mesh angles", slider, help) {
         chosen.gouraud_angles = Some(angles);
     }
     let mut rings = now.rings;
-    let slider = Slider::new(&mut rings, Subdivisions::RINGS);
+    let slider = typed::slider(ui, "Mesh rings", &mut rings, Subdivisions::RINGS);
     let help = "Rings of corners in each splat: more are smoother and slower, and matter most where \
                 the data is opaque";
     if slider_row(ui, "Mesh rings", "Mesh rings", slider, help) {
@@ -263,13 +262,12 @@ pub fn limits_ui(ui: &mut Ui, splat: &mut SplatSettings) {
         // As many as there are on offer stand for all of them, and for more that a saved scene or a flag asked for.
         let beyond = limits.per_cell.filter(|most| *most > MOST_PER_CELL);
         let mut most = limits.per_cell.unwrap_or(MOST_PER_CELL).min(MOST_PER_CELL);
-        let slider = Slider::new(&mut most, 1..=MOST_PER_CELL).logarithmic(true).custom_formatter(
-            move |v, _| match beyond {
-                _ if v < f64::from(MOST_PER_CELL) => format!("{v:.0}"),
-                Some(most) => most.to_string(),
-                None => "all".to_owned(),
-            },
-        );
+        let slider = typed::slider(ui, "Functions per cell", &mut most, 1..=MOST_PER_CELL);
+        let slider = slider.logarithmic(true).custom_formatter(move |v, _| match beyond {
+            _ if v < f64::from(MOST_PER_CELL) => format!("{v:.0}"),
+            Some(most) => most.to_string(),
+            None => "all".to_owned(),
+        });
         let response = slider_ui(ui, "Functions per cell", can_limit, slider)
             .on_hover_text(
                 "The field is cut into cells, and each sums up the functions that are greatest in it: fewer are quicker and \
@@ -328,7 +326,7 @@ const ERROR_WHILE_MOVING: &str = "Error of functions while moving";
 fn error_ui(ui: &mut Ui, name: &str, rms: &mut f64) -> Response {
     // By a fiftieth of what it is, and from nothing at all.
     let speed = (0.02 * *rms).max(0.001);
-    let drag = DragValue::new(rms).range(0.0..=f64::MAX).speed(speed);
+    let drag = typed::number(ui, name, rms, 0.0..=f64::MAX).speed(speed);
     number_ui(ui, name, drag.custom_formatter(|v, _| words::value(v)))
 }
 
@@ -415,7 +413,7 @@ fn layers_ui(ui: &mut Ui, splat: &SplatSettings, first: f64, chosen: &mut ModeCh
             let [name, help, reset, back] = slabs_words(splat);
             row_ui(ui, name, |ui| {
                 let mut slabs = splat.slabs_per_voxel;
-                let slider = Slider::new(&mut slabs, SLABS)
+                let slider = typed::slider(ui, name, &mut slabs, SLABS)
                     .logarithmic(true)
                     .custom_formatter(|v, _| words::value((v * 100.0).round() / 100.0));
                 let response = slider_ui(ui, name, true, slider).on_hover_text(help);
@@ -429,7 +427,7 @@ fn layers_ui(ui: &mut Ui, splat: &SplatSettings, first: f64, chosen: &mut ModeCh
         }
         Visibility::Sheets => {
             let mut sheets = splat.sheets_per_kernel;
-            let slider = Slider::new(&mut sheets, SHEETS);
+            let slider = typed::slider(ui, "Sheets per kernel", &mut sheets, SHEETS);
             let help = "Sheets that each kernel is cut into; one keeps every kernel whole in the \
                         sheet of its own slice";
             if slider_row(ui, "Sheets", "Sheets per kernel", slider, help) {
@@ -466,7 +464,8 @@ fn extent_ui(ui: &mut Ui, splat: &mut SplatSettings, chosen: &mut ModeChoice) {
     let mut extent = splat.extent.or(natural).unwrap_or(1.0);
     let (of_kernel, on_offer) = (splat.kernel.extents(), EXTENT);
     let least = on_offer.start().max(*of_kernel.start());
-    let slider = Slider::new(&mut extent, least..=on_offer.end().min(*of_kernel.end()))
+    let most = on_offer.end().min(*of_kernel.end());
+    let slider = typed::slider(ui, "Extent", &mut extent, least..=most)
         // Only shown rounded: rounding the value itself would change it untouched.
         .custom_formatter(|v, _| format!("{v:.2}"));
     let response = slider_ui(ui, "Extent", natural.is_some(), slider)
@@ -490,7 +489,7 @@ fn extent_ui(ui: &mut Ui, splat: &mut SplatSettings, chosen: &mut ModeChoice) {
 
 fn unit_distance_ui(ui: &mut Ui, splat: &mut SplatSettings, own: f64) {
     let mut distance = splat.opacity_unit_distance.unwrap_or(own);
-    let slider = Slider::new(&mut distance, own * 0.01..=own * 100.0)
+    let slider = typed::slider(ui, "Opacity over", &mut distance, own * 0.01..=own * 100.0)
         .logarithmic(true)
         .custom_formatter(|v, _| words::value(v));
     let response = slider_ui(ui, "Opacity over", true, slider).on_hover_text(

@@ -8,8 +8,8 @@ use eframe::egui::{
 
 use super::curve::{PULL_OUT, insert_point, move_point, nearest, remove_point};
 use super::graph::{Axes, paint_colours, to_screen};
-use super::transfer::{step_button, steps_ui, value_drag};
-use super::{number_ui, row_ui};
+use super::row_ui;
+use super::transfer::{step_button, steps_ui, value_ui};
 use crate::app::theme;
 use crate::core::Srgb8;
 use crate::transfer::{ColourSource, TransferFunction};
@@ -172,7 +172,7 @@ pub(super) fn stop_ui(
     let index = editor.selected;
     let Some(&(mut value, Srgb8(mut colour))) = stops.get(index) else { return };
     row_ui(ui, "Chosen colour", |ui| {
-        let response = number_ui(ui, "Colour point value", value_drag(&mut value, statistics))
+        let response = value_ui(ui, "Colour point value", &mut value, statistics)
             .on_hover_text("The value that has the chosen colour, in the data's own units");
         if response.changed() {
             move_point(stops, index, value);

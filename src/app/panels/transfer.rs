@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{
-    Button, ComboBox, CornerRadius, DragValue, Response, RichText, Sense, Ui, WidgetInfo, vec2,
+    Button, ComboBox, CornerRadius, Response, RichText, Sense, Ui, WidgetInfo, vec2,
 };
 
 use super::bells::{self, BellEditor, handle_bells, paint_bells};
@@ -19,7 +19,7 @@ use super::maps::map_ui;
 use super::regions::{RegionEditor, regions_ui};
 use super::stops::{self, StopEditor};
 use super::stretch::stretch;
-use super::{name_ui, number_ui, row_ui};
+use super::{name_ui, number_ui, row_ui, typed};
 use crate::app::actions::{Action, entry_of};
 use crate::app::{theme, words};
 use crate::scene::Scene;
@@ -279,9 +279,9 @@ fn point_ui(
     row_ui(ui, "Point", |ui| {
         // Long numbers leave room for the buttons.
         ui.spacing_mut().item_spacing.x = 4.0;
-        let value_response = number_ui(ui, "Point value", value_drag(&mut value, statistics))
+        let value_response = value_ui(ui, "Point value", &mut value, statistics)
             .on_hover_text("The value at which the selected point lies, in the data's own units");
-        let opacity_response = number_ui(ui, "Point opacity", opacity_drag(&mut opacity))
+        let opacity_response = opacity_ui(ui, "Point opacity", &mut opacity)
             .on_hover_text(
                 "Opacity at the selected point, 0 to 1: of matter as thick as Opacity over, under Splats, says; at first one \
                     voxel or the edge of a cell",
@@ -309,15 +309,15 @@ fn bell_ui(
     *chosen = (*chosen).min(gaussians.len() - 1);
     let (index, mut bell) = (*chosen, gaussians[*chosen]);
     row_ui(ui, "Gaussian", |ui| {
-        number_ui(ui, "Gaussian centre", value_drag(&mut bell.centre, statistics))
+        value_ui(ui, "Gaussian centre", &mut bell.centre, statistics)
             .on_hover_text("The value of its peak, in the data's own units");
-        number_ui(ui, "Gaussian height", opacity_drag(&mut bell.height))
+        opacity_ui(ui, "Gaussian height", &mut bell.height)
             .on_hover_text("Opacity at the peak, 0 to 1");
         steps_ui(ui, chosen, gaussians.len() - 1, "Gaussian");
     });
     let mut removed = false;
     row_ui(ui, "Width", |ui| {
-        number_ui(ui, "Gaussian width", value_drag(&mut bell.width, statistics)).on_hover_text(
+        value_ui(ui, "Gaussian width", &mut bell.width, statistics).on_hover_text(
             "Standard deviation: at this distance from the peak it has 61 % of its height",
         );
         let shown = editor.graph.range(statistics, transfer.colour.range());
@@ -354,15 +354,24 @@ pub(super) fn steps_ui(ui: &mut Ui, chosen: &mut usize, last: usize, one: &str) 
     }
 }
 
-/// A drag value over the range of the data, in its own units.
-pub(super) fn value_drag<'a>(value: &'a mut f64, statistics: &Statistics) -> DragValue<'a> {
+/// A value in the data's own units, as far as samples can hold it.
+pub(super) fn value_ui(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut f64,
+    statistics: &Statistics,
+) -> Response {
     let width = statistics.max / 2.0 - statistics.min / 2.0;
     let speed = if width > 0.0 { width / 150.0 } else { 0.01 };
-    DragValue::new(value).speed(speed).custom_formatter(|v, _| words::value(v))
+    let most = f64::from(f32::MAX);
+    let drag = typed::number(ui, name, value, -most..=most).speed(speed);
+    number_ui(ui, name, drag.custom_formatter(|v, _| words::value(v)))
 }
 
-pub(super) fn opacity_drag(opacity: &mut f64) -> DragValue<'_> {
-    DragValue::new(opacity).speed(0.005).range(0.0..=1.0).max_decimals(4)
+/// An opacity, 0 to 1.
+pub(super) fn opacity_ui(ui: &mut Ui, name: &str, opacity: &mut f64) -> Response {
+    let drag = typed::number(ui, name, opacity, 0.0..=1.0).speed(0.005).max_decimals(4);
+    number_ui(ui, name, drag)
 }
 
 /// What the graph shows of the values, and how.
@@ -390,21 +399,22 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
     });
     row_ui(ui, "Percentiles", |ui| {
         let [low, high] = &mut view.percentiles;
-        let drag = |percent, range| {
-            DragValue::new(percent).speed(0.05).range(range).max_decimals(1).suffix(" %")
+        let number = |ui: &mut Ui, name, percent, range| {
+            let drag = typed::number(ui, name, percent, range).speed(0.05).max_decimals(1);
+            number_ui(ui, name, drag.suffix(" %"))
         };
         let help =
             "The part of the values that the graph, or Percentiles below, leaves out at either end";
-        number_ui(ui, "Low percentile", drag(low, 0.0..=49.0)).on_hover_text(help);
+        number(ui, "Low percentile", low, 0.0..=49.0).on_hover_text(help);
         name_ui(ui, "to");
-        number_ui(ui, "High percentile", drag(high, 51.0..=100.0)).on_hover_text(help);
+        number(ui, "High percentile", high, 51.0..=100.0).on_hover_text(help);
     });
 }
 
 /// Opacity and colour of NaN.
 fn no_data_ui(ui: &mut Ui, no_data: &mut NoData) {
     row_ui(ui, "No data", |ui| {
-        number_ui(ui, "Opacity of NaN", opacity_drag(&mut no_data.opacity)).on_hover_text(
+        opacity_ui(ui, "Opacity of NaN", &mut no_data.opacity).on_hover_text(
             "Opacity where the file has no value (NaN), 0 to 1. At 0 nothing is drawn there; above, each \
              such voxel is a box of its own size",
         );
@@ -426,9 +436,9 @@ fn range_ui(
         "The values that take the first and the last colour; the opacities are stretched with them";
     row_ui(ui, "Range", |ui| {
         let [low, high] = &mut range;
-        let low = number_ui(ui, "Range low", value_drag(low, statistics)).on_hover_text(help);
+        let low = value_ui(ui, "Range low", low, statistics).on_hover_text(help);
         name_ui(ui, "to");
-        let high = number_ui(ui, "Range high", value_drag(high, statistics)).on_hover_text(help);
+        let high = value_ui(ui, "Range high", high, statistics).on_hover_text(help);
         if low.changed() || high.changed() {
             stretch(transfer, gaussians, range);
         }

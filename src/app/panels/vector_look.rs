@@ -1,9 +1,9 @@
 //! What vector splats look like.
 
-use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping, Ui};
+use eframe::egui::{CollapsingHeader, ComboBox, RichText, Ui};
 
 use super::splat::{combo_ui, slider_row};
-use super::{maps, reset_ui, row_ui, slider_ui};
+use super::{maps, reset_ui, row_ui, slider_ui, typed};
 use crate::app::theme;
 use crate::core::Srgb8;
 use crate::transfer::ColourSource;
@@ -95,21 +95,23 @@ fn opacity_ui(
     let (mut shown_from, mut full_from, mut opacity) = (low, high, greatest(settings));
     let mut changed = false;
     // Numbers that nobody has touched stay as they are: rounded, they would be a step to take back.
-    let untouched = SliderClamping::Edits;
     let of_length = settings.opacity_by == ColourBy::Magnitude;
     let help = match of_length {
         true => "Shorter vectors are transparent, and cost nothing",
         false => "Vectors where it is less are transparent, and cost nothing",
     };
-    let slider = Slider::new(&mut shown_from, least..=most).max_decimals(6).clamping(untouched);
+    let slider =
+        typed::slider(ui, &names.of("Visible from"), &mut shown_from, least..=most).max_decimals(6);
     changed |= slider_row(ui, "Visible from", &names.of("Visible from"), slider, help);
     let help = match of_length {
         true => "Vectors of this length and longer have the greatest opacity",
         false => "Vectors where it is this much and more have the greatest opacity",
     };
-    let slider = Slider::new(&mut full_from, least..=most).max_decimals(6).clamping(untouched);
+    let slider =
+        typed::slider(ui, &names.of("Opaque from"), &mut full_from, least..=most).max_decimals(6);
     changed |= slider_row(ui, "Opaque from", &names.of("Opaque from"), slider, help);
-    let slider = Slider::new(&mut opacity, 0.0..=1.0).max_decimals(3).clamping(untouched);
+    let slider =
+        typed::slider(ui, &names.of("Vector opacity"), &mut opacity, 0.0..=1.0).max_decimals(3);
     let help = "The greatest opacity, of matter as thick as Opacity over, under Splats, says";
     changed |= slider_row(ui, "Opacity", &names.of("Vector opacity"), slider, help);
     if changed {
@@ -139,12 +141,15 @@ fn marks_colour_ui(ui: &mut Ui, settings: &mut VectorSettings) {
 fn shape_ui(ui: &mut Ui, names: Names, settings: &mut VectorSettings) {
     let title = RichText::new("Shape").size(12.5).color(theme::TEXT_FAINT);
     CollapsingHeader::new(title).default_open(false).show_unindented(ui, |ui| {
-        let slider = Slider::new(&mut settings.stretch, 1.0..=MOST_STRETCH).max_decimals(2);
+        let slider =
+            typed::slider(ui, &names.of("Stretch"), &mut settings.stretch, 1.0..=MOST_STRETCH)
+                .max_decimals(2);
         let help = "Length of a splat along the flow over its width: wisps";
         slider_row(ui, "Stretch", &names.of("Stretch"), slider, help);
         row_ui(ui, "Splat radius", |ui| {
             let mut radius = settings.radius();
-            let slider = Slider::new(&mut radius, EXTENT).max_decimals(2);
+            let slider =
+                typed::slider(ui, &names.of("Splat radius"), &mut radius, EXTENT).max_decimals(2);
             let help = "In steps of the vectors' grid; at 1.6 single splats are no longer seen";
             if slider_ui(ui, &names.of("Splat radius"), true, slider).on_hover_text(help).changed()
             {
@@ -155,7 +160,7 @@ fn shape_ui(ui: &mut Ui, names: Names, settings: &mut VectorSettings) {
                 settings.extent = None;
             }
         });
-        let slider = Slider::new(&mut settings.coarser, COARSER);
+        let slider = typed::slider(ui, &names.of("Coarser"), &mut settings.coarser, COARSER);
         let help = "Draw means of 2 × 2 × 2 vectors, and of these again: larger marks, and fewer";
         slider_row(ui, "Coarser", &names.of("Coarser"), slider, help);
         let way = &mut settings.foreshortening;

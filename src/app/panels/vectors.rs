@@ -1,14 +1,13 @@
 //! Vector splats: which field, what they look like, and the animation.
 
-use std::cell::Cell;
 use std::sync::Arc;
 
-use eframe::egui::{CollapsingHeader, ComboBox, RichText, Slider, Ui};
+use eframe::egui::{CollapsingHeader, ComboBox, RichText, Ui};
 use glam::DVec3;
 
 use super::splat::slider_row;
 use super::vector_look::Names;
-use super::{flow, row_ui, slider_ui, vector_look};
+use super::{flow, row_ui, slider_ui, typed, vector_look};
 use crate::app::document::Document;
 use crate::app::flow::{FlowChoice, FlowShape};
 use crate::app::theme;
@@ -27,8 +26,6 @@ pub enum VectorRequest {
     SaveLoop,
     /// Polygons made of the vectors.
     Flow(FlowShape),
-    /// A speed that there is not: to be told why it was not taken.
-    SpeedBeyond,
 }
 
 /// The section; the clock with `now`, in seconds of the window's clock.
@@ -71,15 +68,11 @@ pub fn vectors_ui(
         let text = "Vectors alone are drawn whole: nothing of them is cut away";
         ui.label(RichText::new(text).size(12.0).color(theme::NOTE));
     }
-    let is_beyond = animation_ui(ui, clock, fps, now);
+    animation_ui(ui, clock, fps, now);
     let help = "Draw one whole cycle and save it as an animated GIF or as numbered PNGs: it runs on \
                 without a seam";
     let save = row_ui(ui, "", |ui| ui.button("Save loop…").on_hover_text(help).clicked());
-    let request = match (save, is_beyond) {
-        (true, _) => Some(VectorRequest::SaveLoop),
-        (false, true) => Some(VectorRequest::SpeedBeyond),
-        (false, false) => request,
-    };
+    let request = if save { Some(VectorRequest::SaveLoop) } else { request };
     let scalar = scene.volume().map(Arc::clone);
     let scalar = scalar.as_deref();
     let mut layers = scene.vectors_mut().into_iter();
@@ -194,8 +187,7 @@ fn triple_ui(ui: &mut Ui, document: &Document, triple: &mut Triple) -> Option<Ve
     buttons[0].then_some(VectorSource::Triple(chosen))
 }
 
-/// Whether a speed was typed that is beyond those that there are, and so was not taken.
-fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) -> bool {
+fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) {
     row_ui(ui, "Animation", |ui| {
         let text = if clock.is_running() { "Pause" } else { "Play" };
         let help =
@@ -215,18 +207,10 @@ fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) ->
             .accessible_name("Pictures a second")
             .on_hover_text("Animated pictures a second at most: fewer spare the battery");
     });
-    let is_beyond = Cell::new(false);
     row_ui(ui, "Speed", |ui| {
         let mut speed = clock.speed();
-        let typed = |text: &str| {
-            let speed: f64 = text.trim().replace('\u{2212}', "-").parse().ok()?;
-            let is_one = speed.abs() <= MOST_SPEED;
-            is_beyond.set(!is_one);
-            is_one.then_some(speed)
-        };
-        let slider = Slider::new(&mut speed, -MOST_SPEED..=MOST_SPEED).max_decimals(2);
-        // Of a number only all of it says whether it is one.
-        let slider = slider.custom_parser(typed).update_while_editing(false);
+        let slider = typed::slider(ui, "Speed", &mut speed, -MOST_SPEED..=MOST_SPEED);
+        let slider = slider.max_decimals(2);
         let help = "Cycles a second: negative runs backwards, 0 stands still";
         let response = slider_ui(ui, "Speed", true, slider).on_hover_text(help);
         if response.changed() {
@@ -234,10 +218,9 @@ fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) ->
         }
     });
     let mut phase = clock.phase(now);
-    let slider = Slider::new(&mut phase, 0.0..=1.0).fixed_decimals(3);
+    let slider = typed::slider(ui, "Phase", &mut phase, 0.0..=1.0).fixed_decimals(3);
     let help = "How far the marks have moved, in cycles; drag to scrub";
     if slider_row(ui, "Phase", "Phase", slider, help) {
         clock.set_phase(phase, now);
     }
-    is_beyond.get()
 }

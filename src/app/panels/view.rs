@@ -1,8 +1,8 @@
 //! How the view is drawn: background, projection, and what moving may cost.
 
-use eframe::egui::{CollapsingHeader, ComboBox, IntoAtoms, Label, RichText, Slider, Ui};
+use eframe::egui::{CollapsingHeader, ComboBox, IntoAtoms, Label, RichText, Ui};
 
-use super::{row_ui, slider_ui};
+use super::{row_ui, slider_ui, typed};
 use crate::app::actions::{Action, entry_of};
 use crate::app::annotations::switches_ui;
 use crate::app::camera_control::Turning;
@@ -53,7 +53,8 @@ fn cells_ui(ui: &mut Ui, cells: &mut CellsOverlay) {
     ));
     if cells.on {
         row_ui(ui, "Octree error", |ui| {
-            let error = Slider::new(&mut cells.max_error, OCTREE_ERROR).logarithmic(true);
+            let error = typed::slider(ui, "Octree error", &mut cells.max_error, OCTREE_ERROR)
+                .logarithmic(true);
             slider_ui(ui, "Octree error", true, error.max_decimals(3)).on_hover_text(
                 "Nodes with less error than this are not split: the less of it, the more cells. It \
                  changes the cells that are shown at rest, and no picture",
@@ -83,7 +84,7 @@ fn projection_ui(ui: &mut Ui, scene: &mut Scene, settings: &mut Settings) {
             .on_hover_text("What is near looks larger (key 5)");
     });
     row_ui(ui, "View angle", |ui| {
-        let angle = Slider::new(&mut settings.view_angle_deg, VIEW_ANGLE_DEG);
+        let angle = typed::slider(ui, "View angle", &mut settings.view_angle_deg, VIEW_ANGLE_DEG);
         slider_ui(ui, "View angle", perspective, angle.suffix("°").fixed_decimals(0))
             .on_hover_text("How much the eye takes in from top to bottom: wider is more dramatic")
             .on_disabled_hover_text("Only a perspective view has an angle");
@@ -268,9 +269,10 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
         }
     });
     row_ui(ui, "Frame budget", |ui| {
-        let budget = Slider::new(&mut settings.budget_ms, BUDGET_MS).logarithmic(true);
         let enabled = !settings.full_quality_while_moving;
-        let budget = budget.suffix(" ms").fixed_decimals(0).custom_parser(milliseconds);
+        let read = typed::parser(ui, "Frame budget", settings.budget_ms, &BUDGET_MS, milliseconds);
+        let budget = typed::slider(ui, "Frame budget", &mut settings.budget_ms, BUDGET_MS);
+        let budget = budget.logarithmic(true).suffix(" ms").fixed_decimals(0).custom_parser(read);
         slider_ui(ui, "Frame budget", enabled, budget)
             .on_hover_text(
                 "What a picture may cost while the view moves: more time shows finer detail, \
@@ -279,7 +281,7 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
             )
             .on_disabled_hover_text("Full quality takes the time it needs");
     });
-    ui.checkbox(&mut settings.converge, "Refine until converged").on_hover_text(
+    ui.checkbox(&mut settings.converge, "Go on refining at rest").on_hover_text(
         "Once the full picture is there, draw it in ever thinner steps along the rays (slabs) until nothing changes any more: at most \
          3 s more work each time the view comes to rest, and none that would take longer; \
          key R refines the view on screen however long that takes",
