@@ -10,7 +10,7 @@ use eframe::egui::{
 };
 
 use super::compare::Display;
-use super::measuring::Now;
+use super::measuring::{Now, is_of};
 use super::panels::accuracy::{Shown, accuracy_ui};
 use super::panels::chart::Marks;
 use super::panels::compare::verdict_words;
@@ -46,12 +46,17 @@ impl Window {
             Kernel::Functions => SplatSettings::FUNCTIONS,
             _ => first_look.unwrap_or_default(),
         };
+        // Its mode's point says it better, once there is one: two levels of one picture would be a riddle.
+        let is_plain =
+            self.finished_picture().is_some_and(|picture| picture.report.refined.is_none());
+        let is_measured =
+            is_plain && !is_old && points.iter().any(|point| is_of(point, &scene.splat));
         let marks = Marks {
             default,
             first: &scene.splat,
             second: self.compare.on.then_some(&second),
             is_old: is_old && !points.is_empty(),
-            picture_db: self.remaining_db(&scene.splat),
+            picture_db: self.remaining_db(&scene.splat).filter(|_| !is_measured),
         };
         let shown = Shown {
             points: &points,

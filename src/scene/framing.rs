@@ -1,8 +1,10 @@
 //! What a view shows: all that can be seen of a scene fills the frame.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
-use super::{ClipBox, PolygonLayer, Scene, Slice, framing_camera};
+use super::{ClipBox, Scene, Slice, framing_camera};
 use crate::core::parallel;
 use crate::core::{Camera, Projection};
 use crate::polygons::Mesh;
@@ -283,28 +285,21 @@ fn ends_of_surfaces(
     along: [DVec3; 3],
     counts: impl Fn(&Mesh) -> bool,
 ) -> Option<[[f64; 2]; 3]> {
-    let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-    for PolygonLayer { mesh, .. } in scene.polygons() {
-        if !counts(mesh.as_ref()) {
-            continue;
-        }
-        for place in mesh.framed_places() {
-            for (ends, along) in ends.iter_mut().zip(along) {
-                let at = along.dot(place);
-                *ends = [ends[0].min(at), ends[1].max(at)];
-            }
-        }
-    }
+    let meshes = scene.polygons().into_iter().map(|layer| layer.mesh);
+    let meshes: Vec<Arc<Mesh>> = meshes.filter(|mesh| counts(mesh.as_ref())).collect();
+    let of_meshes = meshes.iter().flat_map(|mesh| mesh.framed_places());
     let lattice = scene.lattice();
     let inside = scene.inside_in_place().shown_by(&scene.splat);
-    let is_seen = |slice: &&Slice| slice.opacity > 0.0 && !slice.only_shown;
-    for slice in inside.slices.iter().filter(is_seen).filter(|_| scene.shows_field()) {
-        for corner in slice.plane.outline(&lattice) {
-            let place = lattice.world_from_index(corner);
-            for (ends, along) in ends.iter_mut().zip(along) {
-                let at = along.dot(place);
-                *ends = [ends[0].min(at), ends[1].max(at)];
-            }
+    let is_seen = |slice: &&Slice| slice.opacity > 0.0 && !slice.only_shown && scene.shows_field();
+    let of_slices = inside.slices.iter().filter(is_seen).flat_map(|slice| {
+        let outline = slice.plane.outline(&lattice).into_iter();
+        outline.map(|corner| lattice.world_from_index(corner))
+    });
+    let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for place in of_meshes.chain(of_slices) {
+        for (ends, along) in ends.iter_mut().zip(along) {
+            let at = along.dot(place);
+            *ends = [ends[0].min(at), ends[1].max(at)];
         }
     }
     ends.iter().all(|[low, high]| low <= high).then_some(ends)
@@ -329,6 +324,7 @@ pub fn framing_surfaces(scene: &Scene, direction: DVec3, up: DVec3) -> Option<Ca
 
 #[cfg(test)]
 mod tests {
+    use crate::scene::PolygonLayer;
     use std::sync::Arc;
 
     use super::*;
