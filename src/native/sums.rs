@@ -31,9 +31,6 @@ const LOOKS: [f32; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
 /// Gaussians that are made ready before they are added.
 const READY: usize = 16;
-/// Faces that are added to at once, and room for as many before the first and behind the last: loops of few turns end where the
-/// processor does not expect it.
-const PAD: usize = 4;
 
 /// A place of rays, and what a mean has there.
 #[derive(Clone, Copy)]
@@ -94,8 +91,7 @@ pub(super) struct Sums<'a, S: Simd> {
     rays: &'a Rays,
     window: Window,
     ends: Ends<S>,
-    /// Of the faces from [`PAD`] on; what lies about these is written and never read.
-    values: [Lanes<S>; FACES + 1 + 2 * PAD],
+    values: [Lanes<S>; FACES + 1],
     /// Of functions that are weighed against each other: Σ h φ of those that are no holes, the coverage, and see
     /// [`Found::border`]. Of the face behind the last as well.
     totals: [Lanes<S>; FACES + 1],
@@ -175,7 +171,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             rays,
             window: Window::new(asked, rays.step),
             ends: Ends::new(),
-            values: [all(simd, 0.0); FACES + 1 + 2 * PAD],
+            values: [all(simd, 0.0); FACES + 1],
             totals: [all(simd, 0.0); FACES + 1],
             coverages: [all(simd, 0.0); FACES + 1],
             borders: [no_border(simd); FACES],
@@ -198,7 +194,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         }
         let (k, ..) = which;
         let i = self.window.index(k);
-        let (value, border) = (self.values[PAD + i], self.borders[i]);
+        let (value, border) = (self.values[i], self.borders[i]);
         let mut found = Found { value, growth: None, border, border_growths: None };
         if self.window.asked == Asked::Means {
             return found;
@@ -286,7 +282,7 @@ impl<'a, S: Simd> Sums<'a, S> {
     fn sum_up<const MEAN: bool>(&mut self, simd: S, packet: &Packet<S>) {
         let step = self.window.step;
         let count = self.window.len() + usize::from(MEAN);
-        self.values[PAD..PAD + count].fill(all(simd, 0.0));
+        self.values[..count].fill(all(simd, 0.0));
         if MEAN {
             self.totals[..count].fill(all(simd, 0.0));
             self.coverages[..count].fill(all(simd, 0.0));
@@ -411,15 +407,11 @@ impl<'a, S: Simd> Sums<'a, S> {
                     ratio *= shrinking;
                 }
             } else {
-                let mut i = PAD + begin;
-                while i <= PAD + high {
-                    for sum in &mut self.values[i..i + PAD] {
-                        let phi = choose(value.simd_ge(end), value, zero);
-                        *sum = phi.mul_add(weight, *sum);
-                        value *= ratio;
-                        ratio *= shrinking;
-                    }
-                    i += PAD;
+                for sum in &mut self.values[begin..high + 1] {
+                    let phi = choose(value.simd_ge(end), value, zero);
+                    *sum = phi.mul_add(weight, *sum);
+                    value *= ratio;
+                    ratio *= shrinking;
                 }
             }
             let mut ratio = one.down;
@@ -431,15 +423,11 @@ impl<'a, S: Simd> Sums<'a, S> {
                     value *= ratio;
                 }
             } else {
-                let mut i = PAD + begin;
-                while i > PAD + low {
-                    for sum in self.values[i - PAD..i].iter_mut().rev() {
-                        ratio *= shrinking;
-                        let phi = choose(value.simd_ge(end), value, zero);
-                        *sum = phi.mul_add(weight, *sum);
-                        value *= ratio;
-                    }
-                    i -= PAD;
+                for sum in self.values[low..begin].iter_mut().rev() {
+                    ratio *= shrinking;
+                    let phi = choose(value.simd_ge(end), value, zero);
+                    *sum = phi.mul_add(weight, *sum);
+                    value *= ratio;
                 }
             }
         }
@@ -457,14 +445,14 @@ impl<'a, S: Simd> Sums<'a, S> {
         let within = phi.simd_ge(all(simd, end));
         if !MEAN {
             let phi = choose(within, phi, all(simd, 0.0));
-            self.values[PAD + i] = phi.mul_add(all(simd, weight), self.values[PAD + i]);
+            self.values[i] = phi.mul_add(all(simd, weight), self.values[i]);
             return;
         }
         let phi = choose(within, (phi - self.functions.end()) * height, all(simd, 0.0));
         self.coverages[i] += phi;
         if height >= 0.0 {
             self.totals[i] += phi;
-            self.values[PAD + i] = phi.mul_add(all(simd, weight), self.values[PAD + i]);
+            self.values[i] = phi.mul_add(all(simd, weight), self.values[i]);
         }
     }
 
@@ -473,7 +461,7 @@ impl<'a, S: Simd> Sums<'a, S> {
     fn weigh(&mut self, simd: S, packet: &Packet<S>) {
         let count = self.window.len();
         for i in 0..=count {
-            self.values[PAD + i] = mean(simd, self.values[PAD + i], self.totals[i]);
+            self.values[i] = mean(simd, self.values[i], self.totals[i]);
         }
         if self.window.asked == Asked::Faces {
             for i in 0..count {
@@ -481,7 +469,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             }
         }
         for i in 0..count {
-            self.values[PAD + i] = covered(simd, self.values[PAD + i], self.coverages[i]);
+            self.values[i] = covered(simd, self.values[i], self.coverages[i]);
         }
     }
 
@@ -495,7 +483,7 @@ impl<'a, S: Simd> Sums<'a, S> {
         for (side, end) in ends.iter_mut().enumerate() {
             let whole = all(simd, (first + side as f32) * self.window.step);
             let t = whole.max(packet.enter).min(packet.leave);
-            let (mut value, mut cover) = (self.values[PAD + i + side], self.coverages[i + side]);
+            let (mut value, mut cover) = (self.values[i + side], self.coverages[i + side]);
             let is_elsewhere = !t.simd_eq(whole) & packet.is_there;
             if any(is_elsewhere) {
                 let (found, there) = self.functions.weighed(simd, packet.at(t));
@@ -625,7 +613,7 @@ impl<'a, S: Simd> Sums<'a, S> {
             let length = next - depth;
             let has_length = length.simd_gt(zero);
             let mean = (beyond - integral) * height / choose(has_length, length, one);
-            self.values[PAD + i] += choose(has_length, mean, zero);
+            self.values[i] += choose(has_length, mean, zero);
             (depth, integral) = (next, beyond);
         }
     }
