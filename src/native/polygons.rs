@@ -113,9 +113,19 @@ pub(super) struct Fragment {
     pub colour: [f32; 3],
     /// A bit for each sample of the pixel that it covers.
     pub samples: u8,
+}
+
+/// Where a pixel meets a triangle, before that is lit: lights take longer than all else, and most of what is met is hidden.
+#[derive(Debug, Clone, Copy)]
+struct Met {
+    t: f32,
+    opacity: f32,
+    samples: u8,
     /// Of the tile, in rows from the top.
     pixel: u8,
     triangle: u32,
+    /// Of the corners.
+    shares: [f64; 3],
 }
 
 /// What the pixels of a tile see, each from the eye inwards.
@@ -225,35 +235,56 @@ impl Polygons {
             return None;
         }
         sort(&mut list);
+        if self.made_of.hides {
+            leave_out_hidden(&mut list);
+        }
         let mut begins = [0; PIXELS + 1];
-        for fragment in &list {
-            begins[usize::from(fragment.pixel) + 1] += 1;
+        for met in &list {
+            begins[usize::from(met.pixel) + 1] += 1;
         }
         for i in 0..PIXELS {
             begins[i + 1] += begins[i];
         }
+        let list = list.iter().map(|met| self.seen(met, corner)).collect();
         Some(Fragments { list, begins })
     }
 
-    /// Adds what the pixels of a tile see of a triangle; where things hide one another, only what lies before the `nearest`
-    /// opaque triangle yet, by pixels and their samples: lights take longer than all else.
+    /// What is seen of a triangle where a pixel of the tile meets it.
+    fn seen(
+        &self,
+        &Met { t, opacity, samples, pixel, triangle, shares }: &Met,
+        corner: [u32; 2],
+    ) -> Fragment {
+        let at =
+            self.upper_left(corner) + place_in_tile(usize::from(pixel)) + DVec2::new(0.5, -0.5);
+        let colour = self.lit(&self.triangles[triangle as usize], shares, at);
+        Fragment { t, opacity, colour: colour.as_vec3().to_array(), samples }
+    }
+
+    /// The upper left corner of a tile, whose first pixel is `corner`, to the right and up from the picture's middle.
+    fn upper_left(&self, corner: [u32; 2]) -> DVec2 {
+        let half = self.made_of.view.size.map(|n| f64::from(n) / 2.0);
+        DVec2::new(f64::from(corner[0]) - half[0], half[1] - f64::from(corner[1]))
+    }
+
+    /// Adds where the pixels of a tile meet a triangle; where things hide one another, only what lies before the `nearest`
+    /// opaque triangle yet, by pixels and their samples.
     #[expect(clippy::cast_possible_truncation, reason = "a tile's pixels")]
     fn add(
         &self,
         number: u32,
         corner: [u32; 2],
-        (list, mut nearest): (&mut Vec<Fragment>, Option<&mut [[f32; SAMPLES.len()]; PIXELS]>),
+        (list, mut nearest): (&mut Vec<Met>, Option<&mut [[f32; SAMPLES.len()]; PIXELS]>),
     ) {
-        let MadeOf { view, .. } = &self.made_of;
-        let half = view.size.map(|n| f64::from(n) / 2.0);
-        let upper_left = DVec2::new(f64::from(corner[0]) - half[0], half[1] - f64::from(corner[1]));
+        let view = &self.made_of.view;
+        let upper_left = self.upper_left(corner);
         let side = TILE as usize;
         let around = &self.boxes[number as usize];
         let Some([columns, rows]) = around.within(upper_left, side) else { return };
         let triangle = &self.triangles[number as usize];
         let Some(seen) = Seen::new(triangle, view) else { return };
         for pixel in rows.flat_map(|y| columns.clone().map(move |x| y * side + x)) {
-            let at = upper_left + DVec2::new((pixel % side) as f64, -((pixel / side) as f64));
+            let at = upper_left + place_in_tile(pixel);
             let mut samples = 0;
             for (bit, [right, down]) in SAMPLES.into_iter().enumerate() {
                 samples |= u8::from(seen.covers(at + DVec2::new(right, -down))) << bit;
@@ -270,14 +301,13 @@ impl Polygons {
                         covered.for_each(|bit| nearest[bit] = nearest[bit].min(t));
                     }
                 }
-                let colour = self.lit(triangle, shares, at + DVec2::new(0.5, -0.5));
-                list.push(Fragment {
+                list.push(Met {
                     t: depth as f32,
                     opacity: triangle.opacity,
-                    colour: colour.as_vec3().to_array(),
                     samples,
                     pixel: pixel as u8,
                     triangle: number,
+                    shares,
                 });
             }
         }
@@ -327,15 +357,21 @@ fn placed(layers: &[PolygonLayer], ticket: &Ticket) -> Result<Vec<Placed>, Cance
     Ok(placed)
 }
 
+/// The upper left corner of a pixel of a tile, to the right and up from the tile's own.
+fn place_in_tile(pixel: usize) -> DVec2 {
+    let side = TILE as usize;
+    DVec2::new((pixel % side) as f64, -((pixel / side) as f64))
+}
+
 /// By pixels, from the eye inwards; those at one depth stay in the order of their triangles.
-fn sort(list: &mut [Fragment]) {
+fn sort(list: &mut [Met]) {
     list.sort_by(|a, b| {
         (a.pixel.cmp(&b.pixel)).then(a.t.total_cmp(&b.t)).then(a.triangle.cmp(&b.triangle))
     });
 }
 
 /// Leaves out of a sorted list what nobody sees, since nothing comes through what lies before it.
-fn leave_out_hidden(list: &mut Vec<Fragment>) {
+fn leave_out_hidden(list: &mut Vec<Met>) {
     let (mut pixel, mut through) = (None, [1.0_f32; 4]);
     list.retain(|fragment| {
         if pixel != Some(fragment.pixel) {
@@ -551,13 +587,13 @@ mod tests {
 
     #[test]
     fn what_lies_behind_opaque_triangles_or_very_many_clear_ones_is_left_out() {
-        let fragment = |t: usize, opacity: f32, samples: u8, pixel: u8| Fragment {
+        let fragment = |t: usize, opacity: f32, samples: u8, pixel: u8| Met {
             t: t as f32,
             opacity,
-            colour: [1.0; 3],
             samples,
             pixel,
             triangle: t as u32,
+            shares: [1.0, 0.0, 0.0],
         };
         // Two samples of a pixel are hidden from 2 on, the others from 3 on; another pixel is not.
         let mut list: Vec<_> = (4..9).map(|t| fragment(t, 1.0, 15, 0)).collect();
