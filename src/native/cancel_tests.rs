@@ -221,7 +221,16 @@ fn polygons_are_placed_bounded_and_taken_some_at_a_time() {
     let mesh = Mesh::new("sheet", corners, Vec::new(), Vec::new(), triangles).expect("a mesh");
     let layer = PolygonLayer::new(Arc::new(mesh));
     let plan = Plan::of(&scene_of(&volume).with(layer), [320, 240]);
-    assert_stops("polygons", 2 * (count >> 12), |ticket| Polygons::of(&plan, None, ticket));
+    assert_stops("polygons", 2 * (count >> 12), |ticket| Polygons::renew(&mut None, &plan, ticket));
+    // A view that something newer takes over leaves what lies in the world.
+    let mut polygons = None;
+    Polygons::renew(&mut polygons, &plan, &Ticket::new()).expect("not cancelled");
+    let mut turned = plan.clone();
+    turned.camera = turned.camera.orbited(0.3, 0.1);
+    let cancelled = Ticket::new();
+    cancelled.cancel();
+    assert!(Polygons::renew(&mut polygons, &turned, &cancelled).is_err());
+    assert!(polygons.is_some());
 }
 
 /// Hexahedra all over a lattice of so many samples a side, and numbers on their points.

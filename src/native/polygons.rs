@@ -5,6 +5,7 @@
 //! are those with the negative ones set to 0.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -36,10 +37,10 @@ const PIXELS: usize = (TILE * TILE) as usize;
 pub(super) struct Polygons {
     made_of: MadeOf,
     /// The same of the layers as they lie in the world: kept, as every view begins with them.
-    placed: Vec<Placed>,
+    placed: Arc<[Placed]>,
     triangles: Vec<Triangle>,
-    /// The box about each on the screen: most that lie in a cell are not in a tile.
-    boxes: Vec<Box2>,
+    /// The box about each: most that lie in a cell are not in a tile, or hidden.
+    boxes: Vec<Box3>,
     cells: Cells,
     lights: Vec<(DVec3, DVec3)>,
 }
@@ -75,18 +76,19 @@ struct Triangle {
     opacity: f32,
 }
 
-/// A box on the screen: from where to where to the right of the picture's middle, and up, pixels.
+/// From where to where a triangle reaches to the right of the picture's middle, and up, and where it is nearest, pixels.
 #[derive(Debug, Clone, Copy)]
-struct Box2 {
+struct Box3 {
     right: [f32; 2],
     up: [f32; 2],
+    nearest: f32,
 }
 
-impl Box2 {
+impl Box3 {
     /// A hundredth of a pixel larger, for rounding.
-    fn about([right, up]: [[f64; 2]; 2]) -> Self {
+    fn about([right, up]: [[f64; 2]; 2], nearest: f64) -> Self {
         let wider = |[low, high]: [f64; 2]| [low - 0.01, high + 0.01].map(|x| x as f32);
-        Self { right: wider(right), up: wider(up) }
+        Self { right: wider(right), up: wider(up), nearest: (nearest as f32).next_down() }
     }
 
     /// The columns and rows of a square's pixels that it may touch, which has so many a side and an upper left corner.
@@ -144,15 +146,15 @@ impl Fragments {
 }
 
 impl Polygons {
-    /// Those of a plan, which are those that there were where nothing about them has changed; `None` without any.
+    /// Makes of what there was what a plan has, or `None` without any. Where nothing about them has changed they stay.
     ///
     /// # Errors
-    /// [`Cancelled`].
-    pub(super) fn of(
+    /// [`Cancelled`]: then what there was is there still, so that a hand that moves on finds what it had in the world.
+    pub(super) fn renew(
+        polygons: &mut Option<Self>,
         plan: &Plan,
-        old: Option<Self>,
         ticket: &Ticket,
-    ) -> Result<Option<Self>, Cancelled> {
+    ) -> Result<(), Cancelled> {
         let made_of = MadeOf {
             layers: plan.polygons(),
             view: plan.view(),
@@ -162,12 +164,13 @@ impl Polygons {
                 && plan.mode.opacity_model == OpacityModel::OpticalDepth,
         };
         if made_of.layers.is_empty() {
-            return Ok(None);
+            *polygons = None;
+            return Ok(());
         }
-        let placed = match old {
-            Some(old) if old.made_of == made_of => return Ok(Some(old)),
-            Some(old) if old.made_of.layers == made_of.layers => old.placed,
-            _ => placed(&made_of.layers, ticket)?,
+        let placed = match polygons {
+            Some(old) if old.made_of == made_of => return Ok(()),
+            Some(old) if old.made_of.layers == made_of.layers => Arc::clone(&old.placed),
+            _ => placed(&made_of.layers, ticket)?.into(),
         };
         let (view, camera) = (&made_of.view, &made_of.camera);
         let centre = plan.frame.lattice.centre();
@@ -208,7 +211,9 @@ impl Polygons {
         let cells = Cells::new(view.size, &spans, ticket)?;
         let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
         let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
-        Ok(Some(Self { cells, placed, triangles, boxes, lights: lights.collect(), made_of }))
+        let lights = lights.collect();
+        *polygons = Some(Self { cells, placed, triangles, boxes, lights, made_of });
+        Ok(())
     }
 
     /// Bytes of memory.
@@ -281,6 +286,13 @@ impl Polygons {
         let side = TILE as usize;
         let around = &self.boxes[number as usize];
         let Some([columns, rows]) = around.within(upper_left, side) else { return };
+        if let Some(nearest) = nearest.as_deref() {
+            let is_before = |pixel: usize| nearest[pixel].iter().any(|t| *t >= around.nearest);
+            let mut row = rows.clone();
+            if !row.any(|y| columns.clone().any(|x| is_before(y * side + x))) {
+                return;
+            }
+        }
         let triangle = &self.triangles[number as usize];
         let Some(seen) = Seen::new(triangle, view) else { return };
         for pixel in rows.flat_map(|y| columns.clone().map(move |x| y * side + x)) {
@@ -390,8 +402,9 @@ fn leave_out_hidden(list: &mut Vec<Met>) {
 
 /// The box about a triangle in view space, and the cells that it may touch; `None` where it lies between all samples, as most do
 /// of a mesh that is fine beside the pixels, or behind the eye.
-fn bounds(corners: [DVec3; 3], view: &View) -> Option<(Box2, Span)> {
-    let [right, up] = Depths::of(corners, view)?.around(corners);
+fn bounds(corners: [DVec3; 3], view: &View) -> Option<(Box3, Span)> {
+    let depths = Depths::of(corners, view)?;
+    let [right, up] = depths.around(corners);
     let half = view.size.map(|n| f64::from(n) / 2.0);
     if !has_sample([right.map(|x| x + half[0]), [half[1] - up[1], half[1] - up[0]]]) {
         return None;
@@ -399,7 +412,8 @@ fn bounds(corners: [DVec3; 3], view: &View) -> Option<(Box2, Span)> {
     // Samples lie up to half a pixel beside its centre.
     let columns = [right[0] + half[0] - 0.5, right[1] + half[0] + 0.5];
     let rows = [half[1] - up[1] - 0.5, half[1] - up[0] + 0.5];
-    Some((Box2::about([right, up]), Span::of(view.size, columns, rows)?))
+    let [a, b, c] = depths.of;
+    Some((Box3::about([right, up], a.min(b).min(c)), Span::of(view.size, columns, rows)?))
 }
 
 /// How deep the corners of a triangle lie.
@@ -437,10 +451,16 @@ impl Depths {
 }
 
 /// Whether a box holds any sample of any pixel, rounding included: `[[left, right], [top, bottom]]` from the picture's upper left.
+/// A box far beyond the picture may be said to hold one.
 fn has_sample(ends: [[f64; 2]; 2]) -> bool {
-    let is_between = |at: f64, [low, high]: [f64; 2]| {
-        (low - ROUNDING - at).ceil() <= (high + ROUNDING - at).floor()
-    };
+    /// More than a picture has pixels.
+    const BEYOND: f64 = (1 << 20) as f64;
+    // The last place of a sample at or before the end. Conversions to whole numbers round towards 0 and take a fraction of the
+    // time that rounding down takes where processors have no instruction for that.
+    #[expect(clippy::cast_possible_truncation, reason = "saturates")]
+    let last = |high: f64| f64::from((high + BEYOND) as i32) - BEYOND;
+    let is_between =
+        |at: f64, [low, high]: [f64; 2]| low - ROUNDING - at <= last(high + ROUNDING - at);
     SAMPLES.iter().any(|sample| is_between(sample[0], ends[0]) && is_between(sample[1], ends[1]))
 }
 

@@ -414,8 +414,8 @@ impl Renderer {
             None => self.kernels = None,
         }
         let start = Instant::now();
-        let old = self.polygons.take();
-        self.polygons = self.threads.run(|| Polygons::of(plan, old, ticket))?;
+        let (threads, polygons) = (&self.threads, &mut self.polygons);
+        threads.run(|| Polygons::renew(polygons, plan, ticket))?;
         if self.polygons.is_some() {
             self.note_stage("place_polygons", start);
         }

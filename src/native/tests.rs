@@ -671,7 +671,7 @@ fn a_cancelled_ticket_begins_no_picture_and_leaves_the_engine_well() {
     let field = plan.field().expect("a field");
     let looks = Kernels::new(&plan, &slabs, &[], &cancelled);
     assert_eq!(looks.err(), Some(Cancelled));
-    assert_eq!(Polygons::of(&plan, None, &cancelled).err(), Some(Cancelled));
+    assert_eq!(Polygons::renew(&mut None, &plan, &cancelled).err(), Some(Cancelled));
     let lattice = lattice(&field.volume, plan.mode.kernel);
     let masks = Masks::new(&rays, &lattice.bricks, (lattice.dims, &[0]), &cancelled);
     assert_eq!(masks, Err(Cancelled));
@@ -707,8 +707,9 @@ fn the_nearest_opaque_triangle_is_seen_in_whatever_order_they_come() {
     };
     let seen = |layers: &[f64]| {
         let scene = layers.iter().fold(scene(), |scene, nearer| scene.with(layer(*nearer)));
-        let polygons = Polygons::of(&Plan::of(&scene, [61, 45]), None, &Ticket::new());
-        let polygons = polygons.expect("not cancelled").expect("some");
+        let (mut polygons, plan) = (None, Plan::of(&scene, [61, 45]));
+        Polygons::renew(&mut polygons, &plan, &Ticket::new()).expect("not cancelled");
+        let polygons = polygons.expect("some");
         let tiles = (0..6).flat_map(|y| (0..8).map(move |x| [8 * x, 8 * y]));
         let nearest = tiles.flat_map(|corner| {
             let found = polygons.seen_in(corner);
@@ -720,4 +721,59 @@ fn the_nearest_opaque_triangle_is_seen_in_whatever_order_they_come() {
     assert_eq!(both, seen(&[3.0, 0.0]));
     let hidden = near.iter().zip(&both).filter(|(near, both)| near.is_some() && near == both);
     assert!(hidden.count() > 100 && both != seen(&[0.0]));
+}
+
+#[test]
+fn zz_measure_polygons() {
+    let mut corners = Vec::new();
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    for line in 0..140_u32 {
+        let phase = f64::from(line) * 2.399;
+        let reach = 3.0 + 8.0 * f64::from(line % 17) / 17.0;
+        for k in 0..250_u32 {
+            let s = f64::from(k) / 250.0;
+            let turn = phase + 9.0 * s;
+            let middle =
+                glam::DVec3::new(12.0 + reach * turn.cos(), 12.0 + reach * turn.sin(), 24.0 * s);
+            for side in 0..8_u32 {
+                let a = f64::from(side) * std::f64::consts::FRAC_PI_4;
+                let off =
+                    glam::DVec3::new(a.cos() * turn.cos(), a.cos() * turn.sin(), a.sin()) * 0.15;
+                corners.push((middle + off).as_vec3());
+                if k + 1 < 250 {
+                    let first = (line * 250 + k) * 8;
+                    let (i, j) = (first + side, first + (side + 1) % 8);
+                    triangles.extend([[i, j, i + 8], [j, j + 8, i + 8]]);
+                }
+            }
+        }
+    }
+    println!("measured {} triangles", triangles.len());
+    let mesh = Mesh::new("tubes", corners, Vec::new(), Vec::new(), triangles).expect("a mesh");
+    let mut scene = scene().with(PolygonLayer::new(Arc::new(mesh)));
+    scene.show_field(false);
+    let mut polygons = None;
+    for size in [[80, 50], [160, 100], [400, 250], [1104, 846]] {
+        for turn in 0..3 {
+            scene.camera = scene.camera.orbited(0.1, 0.05);
+            let plan = Plan::of(&scene, size);
+            let start = std::time::Instant::now();
+            Polygons::renew(&mut polygons, &plan, &Ticket::new()).expect("not cancelled");
+            let placed = start.elapsed().as_secs_f64() * 1e3;
+            let polygons = polygons.as_ref().expect("some");
+            let start = std::time::Instant::now();
+            let mut seen = 0;
+            for y in 0..size[1].div_ceil(8) {
+                for x in 0..size[0].div_ceil(8) {
+                    let found = polygons.seen_in([8 * x, 8 * y]);
+                    seen +=
+                        found.map_or(0, |found| (0..64).map(|i| found.of(i).len()).sum::<usize>());
+                }
+            }
+            let taken = start.elapsed().as_secs_f64() * 1e3;
+            println!(
+                "measured {size:?} {turn}: placing {placed:.1} ms, taking {taken:.1} ms, {seen} fragments"
+            );
+        }
+    }
 }

@@ -52,9 +52,8 @@ pub(super) fn parser<N: Numeric, F: Fn(&str) -> Option<f64>>(
         if (least..=most).contains(&typed) {
             return Some(typed);
         }
-        // What stands there may be rounded over its end, and was not typed then.
-        let rounding = (most - least) / 100.0;
-        let is_rounded = rounding.is_finite() && (typed - now).abs() <= rounding;
+        // What stands there may be rounded over its end, and was not typed then: to two digits at least.
+        let is_rounded = (typed - now).abs() <= now.abs() / 50.0;
         if !is_rounded {
             let said = refusal(&name, typed, [least, most]);
             ctx.data_mut(|data| data.insert_temp(id(), said));
