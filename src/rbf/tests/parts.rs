@@ -222,9 +222,8 @@ fn weights_of_a_fit_do_not_grow_against_each_other() {
             let most = points.positions().iter().map(sizes).fold(0.0, f64::max);
             let ratio = most / (high - low);
             println!("measured {name} {basis:?}: {ratio}");
-            // Measured: at most 58, 0.6 ellipsoids, and 398 multiquadrics, which are wide and much alike.
-            let most = if basis == Basis::Multiquadric { 1000.0 } else { 150.0 };
-            assert!(ratio < most, "{name} {basis:?}: {ratio}");
+            // Measured: at most 58, 2 ellipsoids, and 5 multiquadrics: 398 where their weights were free.
+            assert!(ratio < 150.0, "{name} {basis:?}: {ratio}");
         }
     }
 }
