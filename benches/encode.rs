@@ -109,7 +109,14 @@ fn bytes(encoding: &Encoding) -> usize {
         unit: None,
     };
     let encoding = encoding.clone();
-    let encoded =
-        Encoded { encoding, errors: Default::default(), favoured: None, source, overshoot: 0.0 };
+    let encoded = Encoded {
+        encoding,
+        errors: Default::default(),
+        favoured: None,
+        source,
+        overshoot: 0.0,
+        between: None,
+        ended: None,
+    };
     vrbf::bytes(&encoded).expect("it is finite").len()
 }

@@ -1364,6 +1364,7 @@ fn a_fit_ends_with_the_best_so_far_after_so_many_seconds() {
     let made = voxsplat(&[&asked[..], &["--seconds", "0.01"]].concat());
     assert_eq!(made.status.code(), Some(0), "{}", errors(&made));
     assert!(errors(&made).contains("not reached"), "{}", errors(&made));
+    assert!(errors(&made).contains("the time is up: the fit ended with "), "{}", errors(&made));
     // The first round adds four functions, the others more: it has not gone on to one in twenty samples.
     let functions = voxsplat::io::vrbf::load(&path).expect("a valid file").encoding;
     let count = functions.functions().len();
@@ -1565,6 +1566,47 @@ fn four_points_have_four_functions_and_what_is_said_names_what_was_asked_for() {
     let none = voxsplat(&["encode", &points, "-o", &output, "--seconds", "3"]);
     let said = errors(&none);
     assert!(none.status.code() == Some(2) && said.contains("--functions, --bytes or"), "{said}");
+}
+
+#[test]
+fn why_there_are_fewer_functions_than_were_allowed_and_what_has_no_part_in_them_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (points, output) = (at("points.csv"), at("f.vrbf"));
+    // Two values at each of 27 places, which no sum can have both, and two that are none.
+    let place = |i: usize| [i % 3, i / 3 % 3, i / 9].map(|n| n.to_string()).join(",");
+    let row = |i: usize| format!("{},{}\n", place(i / 2), i % 2);
+    let table: String = (0..54).map(row).collect();
+    std::fs::write(&points, format!("x,y,z,v\n{table}0,0,1,nan\n2,2,2,nan\n")).expect("room");
+    let encode = |source: &str, flags: &[&str]| {
+        let made = voxsplat(&[&["encode", source, "-o", &output][..], flags].concat());
+        (made.status.code(), errors(&made))
+    };
+    let info = || -> Value {
+        let output = voxsplat(&["info", &output, "--json"]);
+        serde_json::from_slice(&output.stdout).expect("JSON")
+    };
+    let (code, said) = encode(&points, &["--functions", "20"]);
+    assert!(code == Some(0) && said.contains(" of 20 functions: more of them brought"), "{said}");
+    assert!(said.contains("not finite in the source, and left out"), "{said}");
+    assert!(said.contains(": 2 samples"), "{said}");
+    let told = info();
+    assert_eq!((told["samples"].as_u64(), told["left_out"].as_u64()), (Some(54), Some(2)));
+    assert_eq!(told["ended"]["no-nearer"]["allowed"], 20, "{told}");
+    assert!(told["warnings"].to_string().contains("brought the sum no nearer"), "{told}");
+    // Where nothing is written, it is said, too.
+    let (code, said) = encode(&points, &["--max-error", "1%"]);
+    assert!(code == Some(1) && said.contains("more of them brought it no nearer"), "{said}");
+
+    let (code, said) = encode("demo:constant:8", &["--functions", "20"]);
+    assert!(code == Some(0) && said.contains("ended with 0 of 20 functions: their sum"), "{said}");
+    assert_eq!(info()["ended"]["finest"]["percent"], 0.01, "{}", info());
+    // As many as were allowed, and as near as was asked for.
+    for flags in [["--functions", "8"], ["--max-error", "20%"]] {
+        let (code, said) = encode("demo:blobs:12", &flags);
+        assert!(code == Some(0) && !said.contains("ended"), "{flags:?}: {said}");
+        assert!(info()["ended"].is_null() && info()["left_out"] == 0, "{}", info());
+    }
 }
 
 #[test]

@@ -353,12 +353,13 @@ fn told_of(encoded: &Encoded, earlier: Option<&Encoded>) -> String {
         (true, false, _) => told,
         (true, true, Some(_)) => format!("{told}. They are as near as was asked for already"),
         (_, true, _) => format!("{told}. Nothing nearer was found"),
-        (false, false, Some((which, error))) => {
-            format!("{told}. A {which} error of {error} takes more functions")
-        }
+        (false, false, Some((which, error))) => match encoded.ended {
+            Some(_) => format!("{told}. A {which} error of {error} was not reached"),
+            None => format!("{told}. A {which} error of {error} takes more functions"),
+        },
         (false, false, None) => told,
     };
-    let beyond = encoded.told_beyond_samples().into_iter();
+    let beyond = encoded.told_left_out().into_iter().chain(encoded.told_beyond_samples());
     let beyond: String =
         beyond.map(|sentence| format!(". {}", words::capital(&sentence))).collect();
     told + &beyond

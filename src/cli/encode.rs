@@ -13,7 +13,7 @@ use super::{Destination, Failure, note, open, refuse_one_place, values};
 use crate::core::Ticket;
 use crate::core::counted;
 use crate::core::memory::human_bytes;
-use crate::io::{Encoded, may_be_replaced, nrrd_bytes, vrbf};
+use crate::io::{Encoded, Ended, may_be_replaced, nrrd_bytes, vrbf};
 use crate::rbf::{Basis, Favour, four_digits};
 use crate::task::encode::{Asked, Wanted, encode_field, usual_functions};
 use crate::volume::{Component, Field, Shape};
@@ -133,13 +133,15 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
         favour: favoured(flags, favour, earlier.as_ref())?,
     };
     let start = Instant::now();
+    let mut is_late = false;
     let encoded = {
         let _progress = Progress::of(&ticket, "Encoding");
         let what = (&input.grid, field, component);
         encode_field(what, &input.name(), asked, earlier.as_ref(), &ticket, |step| {
             // Where there is no function yet, the first round is awaited.
-            let is_late = flags.seconds.is_some_and(|most| start.elapsed().as_secs_f64() >= most);
-            match is_late && step.functions > 0 {
+            is_late = flags.seconds.is_some_and(|most| start.elapsed().as_secs_f64() >= most)
+                && step.functions > 0;
+            match is_late {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             }
@@ -152,12 +154,24 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     if !is_reached {
         let wanted = wanted_words(&encoded);
         if flags.functions.is_none() && bytes.is_none() && flags.seconds.is_none() {
+            let advice = match encoded.ended {
+                // Of the number that is usual.
+                Some(Ended::NoNearer { .. }) => {
+                    "more of them brought it no nearer: ask for less, or have them written with --functions and a number"
+                }
+                _ => {
+                    "ask for less, or say with --functions how many may be taken, or with --seconds how long it may take: what \
+                     comes nearest is written then"
+                }
+            };
             return Err(failed(&format!(
-                "expected {wanted} at most, found that {count} have this: {errors}; ask for less, or \
-                 say with --functions how many may be taken, or with --seconds how long it may take: what comes nearest is written then"
+                "expected {wanted} at most, found that {count} have this: {errors}; {advice}"
             )));
         }
         note(&format!("{wanted} was not reached"));
+    }
+    if is_late && encoded.encoding.functions().len() < asked.functions {
+        note(&ended_early(&encoded, asked.functions));
     }
     let is_as_it_was =
         |earlier: &Encoded| earlier.encoding.functions() == encoded.encoding.functions();
@@ -169,6 +183,7 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
             }
         });
     }
+    encoded.told_left_out().iter().for_each(|what| note(what));
     encoded.told_beyond_samples().iter().for_each(|what| note(what));
     let bytes = vrbf::bytes(&encoded).map_err(Failure::Failed)?;
     destination.write(&bytes)?;
@@ -185,6 +200,20 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
         ));
     }
     Ok(())
+}
+
+/// That no more functions were made in the time that there was.
+fn ended_early(encoded: &Encoded, allowed: usize) -> String {
+    let count = encoded.encoding.functions().len();
+    match allowed {
+        usize::MAX => format!("the time is up: the fit ended with {}", counted(count, "function")),
+        allowed => {
+            format!(
+                "the time is up: the fit ended with {count} of {}",
+                counted(allowed, "function")
+            )
+        }
+    }
 }
 
 /// What functions look like: as asked for, or as those of an earlier fit.

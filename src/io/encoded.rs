@@ -1,9 +1,10 @@
 //! What a file of basis functions holds: an encoding, what it was made of, and how far it is from that.
 
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::vrbf::Cover;
+use crate::core::counted;
 use crate::rbf::{Encoding, Errors, Favour, four_digits};
 use crate::volume::Lattice;
 
@@ -20,6 +21,30 @@ pub struct Encoded {
     pub source: Source,
     /// How far their sum goes beyond the range of the samples, in the middles between these; 0 where it stays within.
     pub overshoot: f64,
+    /// Of a mesh, how far their sum is from what lies between its points by straight lines, in the middles of cells and edges and
+    /// halfway to corners; `None` of other sources, where nothing is known between samples.
+    pub between: Option<Errors>,
+    /// Why there are fewer functions than were allowed; `None` where there are as many, where an error that was asked for ended
+    /// the fit, or somebody did.
+    pub ended: Option<Ended>,
+}
+
+/// Why a fit ended with fewer functions than it was allowed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ended {
+    /// More of them brought the sum no nearer.
+    NoNearer {
+        /// As many as were allowed, where that was a number.
+        allowed: Option<usize>,
+    },
+    /// Nobody asked for an error, and the sum is as near as is aimed at then.
+    Finest {
+        /// As many as were allowed, where that was a number.
+        allowed: Option<usize>,
+        /// The greatest error that is aimed at then, % of the values' range.
+        percent: f64,
+    },
 }
 
 /// What functions were fitted to.
@@ -70,6 +95,12 @@ pub struct Facts {
     pub rms_error: f64,
     /// How far the sum goes beyond the range of the source's samples between these.
     pub overshoot: f64,
+    /// Of a mesh, the greatest difference from what lies between its points by straight lines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between_max_error: Option<f64>,
+    /// The mean of the differences' sizes there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between_mean_error: Option<f64>,
     /// Which samples counted more, if some did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub favour: Option<Favour>,
@@ -79,6 +110,13 @@ pub struct Facts {
     /// The mean of the differences' sizes there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub favoured_mean_error: Option<f64>,
+    /// Samples that they were fitted to.
+    pub samples: usize,
+    /// Samples that are not finite, and that no function was fitted to.
+    pub left_out: usize,
+    /// Why there are fewer functions than were allowed, if there are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ended: Option<Ended>,
     /// The file that was encoded.
     pub source: String,
 }
@@ -86,11 +124,7 @@ pub struct Facts {
 impl Source {
     /// Whether it has values about a place, as far as is known.
     pub fn has(&self, at: DVec3) -> bool {
-        let Some(cover) = &self.cover else { return true };
-        let last = DVec3::from(self.lattice.dims.map(|n| (n - 1) as f64));
-        let index = self.lattice.index_from_world(at).round().clamp(DVec3::ZERO, last);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        cover.has(index.to_array().map(|i| i as usize))
+        self.cover.as_ref().is_none_or(|cover| cover.has(self.lattice.nearest(at)))
     }
 }
 
@@ -111,14 +145,49 @@ impl Encoded {
         is_within(self.errors.max, wanted) && is_within(self.errors.mean, wanted_mean)
     }
 
+    /// How many samples have no part in the sum since they are not finite, for people; `None` where there are none.
+    pub fn told_left_out(&self) -> Option<String> {
+        let Source { left_out, cover, .. } = &self.source;
+        // Of what tells where it has values the sum ends there.
+        let while_it_goes_on = if cover.is_none() { ", while the sum goes on there" } else { "" };
+        let samples = counted(*left_out, "sample");
+        (*left_out > 0)
+            .then(|| format!("not finite in the source, and left out{while_it_goes_on}: {samples}"))
+    }
+
+    /// Why there are fewer functions than were allowed, for people; `None` where there are as many, or as near as asked for.
+    pub fn told_ended(&self) -> Option<String> {
+        let (allowed, why) = match self.ended? {
+            Ended::NoNearer { allowed } => {
+                (allowed, "more of them brought the sum no nearer".to_owned())
+            }
+            Ended::Finest { allowed, percent } => {
+                let why = format!(
+                    "their sum is within {percent} % of the values' range, the least that is aimed at where no error is asked for"
+                );
+                (allowed, why)
+            }
+        };
+        let count = self.encoding.functions().len();
+        Some(match allowed {
+            Some(allowed) => {
+                format!("the fit ended with {count} of {}: {why}", counted(allowed, "function"))
+            }
+            None => format!("the fit ended with {}: {why}", counted(count, "function")),
+        })
+    }
+
     /// What errors at the samples do not tell of the sum, a sentence each, for people.
     pub fn told_beyond_samples(&self) -> Vec<String> {
-        let mut told = Vec::new();
+        let mut told: Vec<String> = self.told_ended().into_iter().collect();
         if !self.source.fills_box && self.source.cover.is_none() {
             told.push(
                 "the sum goes on in the whole box about the source, also where that has no cells or points"
                     .to_owned(),
             );
+        }
+        if let Some(errors) = self.between.filter(|between| between.max > self.errors.max) {
+            told.push(format!("from values between the mesh's points by straight lines: {errors}"));
         }
         if self.overshoot > self.errors.max {
             told.push(format!(
@@ -138,9 +207,14 @@ impl Encoded {
             mean_error: self.errors.mean,
             rms_error: self.errors.rms,
             overshoot: self.overshoot,
+            between_max_error: self.between.map(|errors| errors.max),
+            between_mean_error: self.between.map(|errors| errors.mean),
             favour: self.source.favour,
             favoured_max_error: self.favoured.map(|errors| errors.max),
             favoured_mean_error: self.favoured.map(|errors| errors.mean),
+            samples: self.source.samples,
+            left_out: self.source.left_out,
+            ended: self.ended,
             source: self.source.name.clone(),
         }
     }

@@ -42,7 +42,7 @@ use serde::{Deserialize, Serialize};
 
 pub use bytes::Endian;
 pub use cells_info::CellsInfo;
-pub use encoded::{Encoded, Facts, Source};
+pub use encoded::{Encoded, Ended, Facts, Source};
 pub use error::{Mismatch, Problem, ReadError};
 pub use files::{may_be_replaced, was_read};
 pub use info::{Info, describe};

@@ -21,7 +21,7 @@ pub use self::cover::Cover;
 use self::cover::Told;
 use self::packed::{Column, Packed};
 use super::error::{Problem, ReadError, corrupt, header, quoted, truncated, unsupported};
-use super::{Encoded, Format, Opened, Source, files};
+use super::{Encoded, Ended, Format, Opened, Source, files};
 use crate::core::counted;
 use crate::core::memory;
 use crate::core::progress::Ticket;
@@ -87,6 +87,12 @@ struct Header {
     /// How far the sum goes beyond the range of the samples between these.
     #[serde(default)]
     overshoot: f64,
+    /// Of a mesh, how far the sum is from what lies between its points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    between: Option<Errors>,
+    /// Why there are fewer functions than were allowed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ended: Option<Ended>,
     dims: [usize; 3],
     spacing: [f64; 3],
     origin: [f64; 3],
@@ -192,6 +198,8 @@ pub fn most_bytes(functions: u64, basis: Basis, source: &Source) -> u64 {
         errors,
         favoured: source.favour.map(|_| errors),
         overshoot: longest,
+        between: (!source.fills_box).then_some(errors),
+        ended: Some(Ended::NoNearer { allowed: Some(usize::MAX) }),
         packed: Some(Layout {
             columns: vec![Column::LONGEST; numbers_of(basis)],
             deflated: false,
@@ -237,6 +245,8 @@ fn header_of(basis: Basis, source: &Source) -> Header {
             != (source.samples as u64).checked_add(source.left_out as u64),
         fills_box: source.fills_box,
         overshoot: 0.0,
+        between: None,
+        ended: None,
         dims,
         spacing: spacing.to_array(),
         origin: origin.to_array(),
@@ -254,7 +264,7 @@ fn header_of(basis: Basis, source: &Source) -> Header {
 /// # Errors
 /// What no JSON can hold, which are numbers that are not finite.
 pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
-    let Encoded { encoding, errors, favoured, source, overshoot } = encoded;
+    let Encoded { encoding, errors, favoured, source, overshoot, between, ended } = encoded;
     let [low, high] = encoding.bounds();
     let is_exact =
         |packed: &Packed| packed.functions(encoding.basis(), low) == encoding.functions();
@@ -275,6 +285,8 @@ pub fn bytes(encoded: &Encoded) -> Result<Vec<u8>, String> {
         errors: *errors,
         favoured: *favoured,
         overshoot: *overshoot,
+        between: *between,
+        ended: *ended,
         packed,
         ..header_of(encoding.basis(), source)
     };
@@ -370,12 +382,7 @@ pub(super) fn read(
     if let Some(errors) = encoded.favoured {
         warnings.push(format!("of the samples that were favoured: {errors}"));
     }
-    if source.left_out > 0 && source.cover.is_none() {
-        warnings.push(format!(
-            "not finite in the source, while the sum goes on there: {} samples",
-            source.left_out
-        ));
-    }
+    warnings.extend(encoded.told_left_out());
     warnings.extend(encoded.told_beyond_samples());
     let least_told = encoded.errors.max.max(SEEN * range);
     if encoded.encoding.rounding() > least_told {
@@ -528,7 +535,7 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
             "encode the source again",
         ));
     }
-    let told = [Some(found.errors), found.favoured].into_iter().flatten();
+    let told = [Some(found.errors), found.favoured, found.between].into_iter().flatten();
     let told = told.flat_map(|errors| [errors.max, errors.mean, errors.rms]);
     let mut told = told.chain(found.wanted).chain(found.wanted_mean).chain([found.overshoot]);
     if let Some(error) = told.find(|error| error.is_nan() || *error < 0.0) {
@@ -603,6 +610,8 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
             unit: found.unit,
         },
         overshoot: found.overshoot,
+        between: found.between,
+        ended: found.ended,
     })
 }
 

@@ -10,7 +10,7 @@ use super::cluster::{Cluster, Spread, principal, split_into};
 use super::encoding::{Encoding, Errors};
 use super::function::{Basis, Function};
 use super::points::{Points, weighed};
-use super::refine::{Sample, Widths, refined, squared_error};
+use super::refine::{Sample, Widths, parameters, refined, squared_error};
 use super::solve::{Column, least_squares};
 use crate::core::memory::{self, TooLarge};
 use crate::core::parallel;
@@ -38,10 +38,22 @@ const PLACES: usize = 400;
 const DAMPING: f64 = 1e-4;
 /// Squared distance, in widths, of the samples that a shape is fitted to.
 const NEAR: f64 = 9.0;
+/// Inverse multiquadrics have a third of their height left there, and far more of what they are beyond it: samples all over, about
+/// so many, count as well, each for all that lie about it. Without them a shape is made for its surroundings and spoils the rest.
+const FAR_PLACES: usize = 1000;
+/// λ of the weights of inverse multiquadrics, as a share of that by which the weights that there are would cost as much as what is
+/// left of the samples: a hundredth of the squared error, so 0.5 % of the error, is the most that it can cost. Their tails are much
+/// alike, and weights grew against each other to 10⁶ of the values' range.
+const HELD: f64 = 0.1;
 /// Bytes of an entry of a column: a sample's number, and a function's value there. New columns are made beside the old ones.
 const BYTES_AN_ENTRY: u64 = 2 * 8;
-/// Rounds in a row that may leave more than [`ENOUGH`] of the error before the encoder gives up.
+/// Rounds in a row that may leave more than [`ENOUGH`] of the error before the encoder gives up. A round counts as one that
+/// does not where its new functions took away a part of what as many numbers would be expected to take of noise, so many of so many
+/// samples: of hundreds of features that are alike each few are little.
 const PATIENCE: u32 = 6;
+const OF_NOISE: f64 = 0.25;
+/// But rounding is none.
+const NOT_ROUNDING: f64 = 1.0 - 1e-9;
 
 /// When it is enough.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,6 +130,8 @@ struct Fit<'a> {
     goal: Goal,
     epsilon: f64,
     widths: Widths,
+    /// λ of the last solution's weights; 0 where they are free.
+    ridge: f64,
     /// How far samples lie apart in the mean.
     spacing: f64,
     /// The same at each; none where they lie evenly.
@@ -146,7 +160,16 @@ pub fn encode(
 ) -> Result<Encoding, EncodeError> {
     let fit = Fit::new(points, goal)?;
     let start = fit.encoding();
-    fitted(fit, start, false, ticket, told)
+    fitted(fit, start, Start { is_resumed: false, is_held: false }, ticket, told)
+}
+
+/// What a fit begins with.
+#[derive(Debug, Clone, Copy)]
+struct Start {
+    /// The functions of an earlier fit.
+    is_resumed: bool,
+    /// No greatest error above that of these is of use.
+    is_held: bool,
 }
 
 /// Goes on from the functions of an earlier fit to the same samples: they are refined, and others added, until the goal is
@@ -165,6 +188,21 @@ pub fn resume(
     resume_within(points, (start, goal), memory::free_bytes(), ticket, told)
 }
 
+/// The same for who minds all errors together alone: the greatest one may grow where the sum of squares falls.
+///
+/// # Errors
+/// See [`EncodeError`].
+pub fn extend(
+    points: &Points,
+    start: &Encoding,
+    goal: Goal,
+    ticket: &Ticket,
+    told: impl FnMut(Step) -> ControlFlow<()>,
+) -> Result<Encoding, EncodeError> {
+    let fit = resumed(points, (start, goal), memory::free_bytes())?;
+    fitted(fit, start.clone(), Start { is_resumed: true, is_held: false }, ticket, told)
+}
+
 /// The same within so many bytes.
 pub(super) fn resume_within(
     points: &Points,
@@ -173,6 +211,16 @@ pub(super) fn resume_within(
     ticket: &Ticket,
     told: impl FnMut(Step) -> ControlFlow<()>,
 ) -> Result<Encoding, EncodeError> {
+    let fit = resumed(points, (start, goal), free_bytes)?;
+    fitted(fit, start.clone(), Start { is_resumed: true, is_held: true }, ticket, told)
+}
+
+/// What is known of an earlier fit to go on from.
+fn resumed<'a>(
+    points: &'a Points,
+    (start, goal): (&Encoding, Goal),
+    free_bytes: u64,
+) -> Result<Fit<'a>, EncodeError> {
     if start.basis() != goal.basis {
         return Err(EncodeError::OtherBasis { expected: goal.basis, found: start.basis() });
     }
@@ -182,7 +230,7 @@ pub(super) fn resume_within(
     fit.free_bytes = free_bytes;
     fit.check_room(start.functions())?;
     fit.restore((start.functions().to_vec(), start.bias()));
-    fitted(fit, start.clone(), true, ticket, told)
+    Ok(fit)
 }
 
 /// The same functions by the weights, and above the bias, that come nearest to samples. Those that have a weight of no more
@@ -204,7 +252,7 @@ pub fn reweighted(points: &Points, start: &Encoding) -> Result<Encoding, EncodeE
 fn fitted(
     mut fit: Fit<'_>,
     start: Encoding,
-    is_resumed: bool,
+    Start { is_resumed, is_held }: Start,
     ticket: &Ticket,
     mut told: impl FnMut(Step) -> ControlFlow<()>,
 ) -> Result<Encoding, EncodeError> {
@@ -214,7 +262,7 @@ fn fitted(
     let mut best_errors = Errors::of(&best_left);
     let mut best = start;
     // Who goes on from a fit has seen its greatest error, which is not to grow.
-    let most = if is_resumed { best_errors.max } else { f64::INFINITY };
+    let most = if is_held { best_errors.max } else { f64::INFINITY };
     // All of an earlier fit may be refined once more, also where no function may be added.
     let mut is_to_be_refined = is_resumed;
     let roots = fit.points.roots();
@@ -236,6 +284,7 @@ fn fitted(
         is_to_be_refined = false;
         let cost = cost_of(&fit.residual);
         let before = (fit.functions.clone(), fit.bias);
+        let count = fit.functions.len();
         fit.add(&mut clusters, left)?;
         fit.solve();
         let is_last = fit.functions.len() >= goal.functions;
@@ -257,7 +306,9 @@ fn fitted(
         let now = fit.encoding();
         let now_left = now.differences(fit.points, ticket)?;
         let (now_errors, now_cost) = (Errors::of(&now_left), cost_of(&now_left));
-        since_nearer = if now_cost < ENOUGH * nearest { 0 } else { since_nearer + 1 };
+        let added = fit.functions.len().saturating_sub(count);
+        let enough = fit.enough_of(added);
+        since_nearer = if now_cost < enough * nearest { 0 } else { since_nearer + 1 };
         nearest = nearest.min(now_cost);
         if now_errors.max <= most && (goal.is_met(&now_errors) || now_cost < best_cost) {
             (best, best_errors, best_cost) = (now, now_errors, now_cost);
@@ -293,6 +344,7 @@ impl<'a> Fit<'a> {
             goal,
             epsilon: EPSILON * error,
             widths: Widths { least: spacings.is_empty().then_some(NARROWEST * spacing), most },
+            ridge: 0.0,
             spacing,
             spacings,
             bias,
@@ -301,6 +353,15 @@ impl<'a> Fit<'a> {
             free_bytes: memory::free_bytes(),
             residual: values.iter().map(|v| v - bias).collect(),
         })
+    }
+
+    /// The share of the error that so many functions more may leave.
+    fn enough_of(&self, added: usize) -> f64 {
+        if added == 0 {
+            return ENOUGH;
+        }
+        let numbers = (added * parameters(self.goal.basis)) as f64;
+        (1.0 - OF_NOISE * numbers / self.points.len() as f64).clamp(ENOUGH, NOT_ROUNDING)
     }
 
     fn encoding(&self) -> Encoding {
@@ -406,8 +467,7 @@ impl<'a> Fit<'a> {
         let stride = (near.len() as f64 / PLACES as f64).max(1.0);
         let count = (near.len() as f64 / stride) as usize;
         let basis = self.goal.basis;
-        let place = |k: usize| {
-            let i = near[((k as f64 * stride) as usize).min(near.len() - 1)];
+        let place = |i: usize| {
             let at = self.points.positions()[i];
             let own = if is_in_sum {
                 function.weight * basis.of_square(function.square(at))
@@ -421,7 +481,21 @@ impl<'a> Fit<'a> {
                 least_width: self.least_width(i),
             }
         };
-        (0..count).map(place).collect()
+        let chosen = (0..count).map(|k| near[((k as f64 * stride) as usize).min(near.len() - 1)]);
+        if basis != Basis::Multiquadric {
+            return chosen.map(place).collect();
+        }
+        let standing_for =
+            |sample: Sample, many: f64| Sample { root: sample.root * many.sqrt(), ..sample };
+        let mut all: Vec<Sample> = chosen.map(|i| standing_for(place(i), stride)).collect();
+        let reach = self.reach(function);
+        let positions = self.points.positions();
+        let stride = (positions.len() as f64 / FAR_PLACES as f64).max(1.0);
+        let far = (0..(positions.len() as f64 / stride) as usize)
+            .map(|k| (((k as f64 + 0.5) * stride) as usize).min(positions.len() - 1));
+        let is_far = |i: &usize| (NEAR..=reach).contains(&function.square(positions[*i]));
+        all.extend(far.filter(is_far).map(|i| standing_for(place(i), stride)));
+        all
     }
 
     /// The squared distance, in widths, at which a function ends. A weight that is still small counts as e ε, so that it can
@@ -474,7 +548,13 @@ impl<'a> Fit<'a> {
         // What was exchanged left rounding behind.
         self.measure();
         let roots = self.points.roots();
-        let changes = least_squares(&self.columns, &self.residual, roots, DAMPING);
+        let weights: Vec<f64> = match self.goal.basis {
+            Basis::Multiquadric => self.functions.iter().map(|function| function.weight).collect(),
+            Basis::Gaussian | Basis::Ellipsoid => Vec::new(),
+        };
+        self.ridge = self.ridge_of(&weights);
+        let held = (&weights[..], self.ridge);
+        let changes = least_squares(&self.columns, &self.residual, roots, DAMPING, held);
         for (function, change) in self.functions.iter_mut().zip(&changes) {
             function.weight += change;
         }
@@ -488,6 +568,21 @@ impl<'a> Fit<'a> {
             .collect();
         self.columns = self.columns_of(&self.functions);
         self.measure();
+    }
+
+    /// λ of so many weights, of which there may be none. Where all are 0, as at first, it is that of weights as large as the samples.
+    fn ridge_of(&self, weights: &[f64]) -> f64 {
+        let roots = self.points.roots();
+        let lengths = weights.iter().zip(&self.columns).map(|(w, column)| w * column.norm(roots));
+        let of_weights = lengths.map(|length| length * length).sum::<f64>().sqrt();
+        let left =
+            weighed(roots, &self.residual).iter().map(|left| left * left).sum::<f64>().sqrt();
+        match () {
+            () if weights.is_empty() => 0.0,
+            // Where little of the samples is in the weights yet, these must not be held until nothing is.
+            () if of_weights > 0.0 => HELD * (left / of_weights).min(1.0),
+            () => HELD * HELD,
+        }
     }
 
     /// Functions and a bias that were there before.
@@ -509,7 +604,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Refines each function while the others stay. Functions that do not overlap are refined side by side. The squared
-    /// residual never grows.
+    /// residual never grows, with what held weights cost.
     fn refine(&mut self) {
         let mut waiting: Vec<usize> = (0..self.functions.len()).collect();
         while !waiting.is_empty() {
@@ -527,7 +622,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Puts another function in the place of one, unless that makes the squared residual larger.
+    /// Puts another function in the place of one, unless that makes the squared residual larger, with what held weights cost.
     fn exchange(&mut self, index: usize, function: Function, column: Column) {
         let own = self.functions[index].weight;
         let points = self.points;
@@ -542,6 +637,12 @@ impl<'a> Fit<'a> {
         let without = squares(&self.residual, &column);
         column.add_to(&mut self.residual, -function.weight);
         let change = change + squares(&self.residual, &column) - without;
+        // As in the solution.
+        let cost = |weight: f64, column: &Column| match self.ridge {
+            0.0 => 0.0,
+            ridge => (ridge * weight * column.norm(points.roots())).powi(2),
+        };
+        let change = change + cost(function.weight, &column) - cost(own, &self.columns[index]);
         if change < 0.0 {
             self.functions[index] = function;
             self.columns[index] = column;

@@ -17,7 +17,7 @@ mod solve;
 #[cfg(test)]
 mod tests;
 
-pub use encode::{EncodeError, Goal, Step, encode, resume, reweighted};
+pub use encode::{EncodeError, Goal, Step, encode, extend, resume, reweighted};
 pub(crate) use encoding::four_digits;
 pub use encoding::{Blend, Encoding, Errors, LIT};
 pub use favour::{Favour, FavourError, Region};

@@ -82,7 +82,7 @@ pub(super) fn refined(
 }
 
 /// Weight, centre, and one width or the six numbers of an upper triangle.
-fn parameters(basis: Basis) -> usize {
+pub(super) fn parameters(basis: Basis) -> usize {
     if basis == Basis::Ellipsoid { 10 } else { 5 }
 }
 

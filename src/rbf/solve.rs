@@ -26,7 +26,7 @@ impl Column {
     }
 
     /// Of its values by the points' `roots`, where there are some.
-    fn norm(&self, roots: &[f64]) -> f64 {
+    pub(super) fn norm(&self, roots: &[f64]) -> f64 {
         let root = |point: &u32| roots.get(*point as usize).copied().unwrap_or(1.0);
         let pairs = self.points.iter().zip(&self.values);
         pairs.map(|(point, value)| (f64::from(*value) * root(point)).powi(2)).sum::<f64>().sqrt()
@@ -38,11 +38,16 @@ impl Column {
 /// keeps the changes small, so that two columns that are nearly the same share a change instead of cancelling each other.
 ///
 /// `roots` are those of how much each point counts, or none: rows are multiplied by them.
+///
+/// The weights themselves are held back, too: least is |A x − r|² + λ² |w + x|² for columns of length one, the bias left
+/// free. `weights` w are those that there are, one a column, and λ is `ridge`; 0 leaves them free. Damped changes alone add up
+/// from one solution to the next.
 pub(super) fn least_squares(
     columns: &[Column],
     residual: &[f64],
     roots: &[f64],
     damping: f64,
+    (weights, ridge): (&[f64], f64),
 ) -> Vec<f64> {
     const MOST_TURNS: usize = 40;
     const ENOUGH: f64 = 1e-5;
@@ -53,8 +58,11 @@ pub(super) fn least_squares(
     };
     let constant = inverse(all.sqrt());
     let transposed = |u: &[f64]| -> Vec<f64> {
+        // Below the rows of points there is one for each weight that is held.
+        let (u, of_weights) = u.split_at(residual.len());
         let u = weighed(roots, u);
         let mut all = parallel::list(columns.len(), |i| columns[i].dot(&u) * scales[i]);
+        all.iter_mut().zip(of_weights).for_each(|(all, own)| *all += ridge * own);
         all.push(u.iter().sum::<f64>() * constant);
         all
     };
@@ -74,11 +82,14 @@ pub(super) fn least_squares(
         let last = v.last().copied().unwrap_or_default() * constant;
         sum.iter_mut().for_each(|value| *value += last);
         sum.iter_mut().zip(roots).for_each(|(value, root)| *value *= root);
+        sum.extend(v.iter().zip(weights).map(|(v, _)| ridge * v));
         sum
     };
 
     let mut x = vec![0.0; columns.len() + 1];
     let mut u = weighed(roots, residual).into_owned();
+    // By the length of a column, whose inverse the scale is; one of nothing has no weight to hold.
+    u.extend(weights.iter().zip(&scales).map(|(weight, scale)| -ridge * weight * inverse(*scale)));
     let mut beta = normalise(&mut u);
     let mut v = transposed(&u);
     let mut alpha = normalise(&mut v);

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector, Matrix3};
 use super::cluster::{Cluster, split_into};
 use super::encode::resume_within;
 use super::refine::derivatives;
-use super::solve::{Column, least_squares};
+use super::solve::{Column, least_squares as held_squares};
 use super::*;
 use crate::core::{Ticket, assert_stops};
 
@@ -65,6 +65,11 @@ fn encoded(points: &Points, goal: Goal) -> Encoding {
 fn rough(at: DVec3) -> f64 {
     let waves = (at.x * 0.9).sin() * (at.y * 0.7).cos() + (at.z * 0.8 + at.x * 0.3).sin();
     waves + (-0.5 * (at.x - at.y).powi(2)).exp()
+}
+
+/// Of weights that are free.
+fn least_squares(columns: &[Column], residual: &[f64], roots: &[f64], damping: f64) -> Vec<f64> {
+    held_squares(columns, residual, roots, damping, (&[], 0.0))
 }
 
 fn errors_of(encoding: &Encoding, points: &Points) -> Errors {

@@ -4,15 +4,20 @@ mod judge;
 #[cfg(test)]
 mod tests;
 
+use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
+
+use glam::DVec3;
 
 use self::judge::Judge;
 use crate::core::memory::{self, TooLarge};
 use crate::core::{Cancelled, Ticket};
 use crate::io::vrbf::{self, Cover};
 use crate::io::{Encoded, Source};
-use crate::rbf::{Basis, EncodeError, Encoding, Errors, Favour, FavourError, Goal, Points, Step};
+use crate::rbf::{
+    Basis, EncodeError, Encoding, Errors, Favour, FavourError, Goal, Points, Step, four_digits,
+};
 use crate::volume::{Component, Field, Grid, Lattice, Places, Samples, Shape, VolumeError};
 
 /// Bytes that fitting takes for each sample: its place (of uneven grids with the steps about it), its value, residual and weight,
@@ -195,7 +200,8 @@ pub fn encode_field(
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
     let range = (high - low).max(0.0);
     let of_range = |wanted: Option<Wanted>| wanted.map(|wanted| wanted.of_range(range));
-    let is_there = where_it_is((grid, field, &samples), &lattice, ticket)?;
+    let own_places = points.positions();
+    let is_there = where_it_is((grid, field, &samples), own_places, &lattice, ticket)?;
     let most = asked.bytes.map_or(u64::MAX, |bytes| bytes / PARTS_OF_COVER);
     let most = most.min(COVER_BYTES);
     let cover = Cover::of(lattice.dims, &is_there, most as usize);
@@ -227,11 +233,22 @@ pub fn encode_field(
     };
     let most_functions = asked.functions;
     let fitted_to = denser.as_ref().unwrap_or(&points);
-    let judge =
-        Judge { points: &points, fitted_to, goal: whole, most_functions, favoured, source, ticket };
+    let is_broken_off = Cell::new(false);
+    let judge = Judge {
+        points: &points,
+        fitted_to,
+        goal: whole,
+        most_functions,
+        favoured,
+        source,
+        is_mesh,
+        is_broken_off,
+        ticket,
+    };
     let fitted = judge.fitted((aim, high - low), earlier, told)?;
+    let ended = if judge.is_broken_off.get() { None } else { judge.ended(&fitted)? };
     let middles = grid.middles(field.association, &samples, MOST_MIDDLES, ticket)?;
-    let mut places: Vec<_> = middles.into_iter().map(|(at, _)| at).collect();
+    let mut places: Vec<_> = middles.iter().map(|(at, _)| *at).collect();
     if !fitted.source.fills_box {
         // Where it is drawn, too.
         let lattice = Places::Lattice(lattice);
@@ -241,12 +258,22 @@ pub fn encode_field(
     let between = fitted.encoding.values(&places, ticket)?;
     let beyond = between.iter().map(|value| (value - high).max(low - value));
     let overshoot = beyond.fold(0.0, f64::max);
-    Ok(Encoded { overshoot, ..fitted })
+    // Places come first, those of the lattice after them.
+    let known = middles.iter().zip(&between).filter(|((_, value), _)| value.is_finite());
+    let off: Vec<f64> = known.map(|((_, value), sum)| value - sum).collect();
+    let between = (is_mesh && !off.is_empty()).then(|| {
+        let Errors { max, mean, rms } = Errors::of(&off);
+        // Digits that nobody needs would take bytes.
+        Errors { max: four_digits(max), mean: four_digits(mean), rms: four_digits(rms) }
+    });
+    Ok(Encoded { overshoot, between, ended, ..fitted })
 }
 
-/// Whether a field has values at each sample of a lattice; of none where it has some at all.
+/// Whether a field has values about each sample of a lattice; of none where it has some at all. `own` are the places of its own
+/// samples that are finite, world: each has values about it, also where the lattice's next sample lies just outside of its cells.
 fn where_it_is(
     (grid, field, samples): (&Grid, &Field, &Samples),
+    own: &[DVec3],
     lattice: &Lattice,
     ticket: &Ticket,
 ) -> Result<Vec<bool>, FieldError> {
@@ -255,7 +282,13 @@ fn where_it_is(
     if is_whole {
         return Ok(Vec::new());
     }
-    Ok(grid.has_values((field, samples), lattice, ticket)?)
+    let mut is_there = grid.has_values((field, samples), lattice, ticket)?;
+    let [nx, ny, _] = lattice.dims;
+    for at in own {
+        let [x, y, z] = lattice.nearest(*at);
+        is_there[(z * ny + y) * nx + x] = true;
+    }
+    Ok(is_there)
 }
 
 /// What a fit is to reach, with the functions that a file of the bytes asked for has room for.

@@ -88,6 +88,13 @@ impl Lattice {
         self.axes().inverse() * (world - self.origin)
     }
 
+    /// The indices of the sample that is nearest to a world position, which is finite; of one at the border beyond that.
+    pub fn nearest(&self, world: DVec3) -> [usize; 3] {
+        let index = self.index_from_world(world).round().clamp(DVec3::ZERO, self.last_index());
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        index.to_array().map(|i| i as usize)
+    }
+
     /// The world point in the middle of the samples.
     pub fn centre(&self) -> DVec3 {
         self.world_from_index(self.last_index() / 2.0)

@@ -56,6 +56,8 @@ fn encoded_by(basis: Basis, precision: Precision) -> Encoded {
             unit: Some("mm".to_owned()),
         },
         overshoot: 0.0,
+        between: None,
+        ended: None,
     }
 }
 
@@ -291,6 +293,8 @@ fn whole_numbers_take_half_of_what_floats_do_and_no_more_than_is_said() {
                 favoured: None,
                 source: source.clone(),
                 overshoot: 0.0,
+                between: None,
+                ended: None,
             };
             vrbf::bytes(&encoded).unwrap().len()
         };

@@ -43,8 +43,9 @@ impl Column {
             return Self(0, 0, bytes);
         }
         let bits = 8 * i32::from(bytes);
-        // Two more than the least that can do.
-        let by_range = if high > low { exponent(high - low) - bits - 2 } else { i32::MIN };
+        // Two more than the least that can do. Where all are the same, it is told in the header alone, by as many digits: all that
+        // double precision has would take more letters there than a function takes bytes.
+        let by_range = exponent(if high > low { high - low } else { largest }) - bits - 2;
         let least = by_range.max(exponent(largest) - 52).max(from);
         let ends = |exponent: i32| [low, high].map(|end| (end / step(exponent)).round());
         let fits = |exponent: &i32| {
@@ -239,6 +240,18 @@ fn function(numbers: &[f64; 10], basis: Basis, low: DVec3) -> Function {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn values_that_are_the_same_take_few_letters_of_the_header() {
+        for value in [5.3, -1e7 / 3.0, 1e-300, 0.1] {
+            for bytes in [2, 3] {
+                let column = Column::of(&[value; 3], bytes, *EXPONENTS.start());
+                assert!(column.1.abs() < 1 << (8 * bytes + 4), "{value}: {column:?}");
+                let off = (column.value(column.index(value)) / value - 1.0).abs();
+                assert!(off < (-8.0 * f64::from(bytes)).exp2(), "{value}: {column:?} {off}");
+            }
+        }
+    }
 
     #[test]
     fn values_are_off_by_half_a_step_at_most_and_stay_where_they_are_once_rounded() {

@@ -61,6 +61,35 @@ fn errors_fall_as_functions_are_added_and_every_basis_comes_as_near_as_asked_for
 }
 
 #[test]
+fn hundreds_of_features_that_are_alike_are_no_reason_to_give_up() {
+    // Cubes of two values by turns: each function has one of 64 of them, and few are little.
+    let value = |at: DVec3| f64::from((at / 3.0).floor().element_sum() as i32 % 2);
+    let points = Points::new(lattice(12).map(|at| (at, value(at))));
+    for basis in [Basis::Gaussian, Basis::Ellipsoid] {
+        let fit = encoded(&points, Goal { basis, max_error: 1e-9, functions: 90, ..GOAL });
+        let (count, errors) = (fit.functions().len(), errors_of(&fit, &points));
+        println!("measured {basis:?}: {count} functions, {errors:?}");
+        assert!(count > 80 && errors.rms < 0.35, "{basis:?}: {count} {errors:?}");
+    }
+}
+
+#[test]
+fn inverse_multiquadrics_are_fitted_to_what_lies_beyond_their_surroundings() {
+    let bump = |at: DVec3, centre: [f64; 3]| {
+        (-0.5 * (at - DVec3::from(centre)).length_squared() / 3.0).exp()
+    };
+    let value =
+        |at: DVec3| bump(at, [4.0; 3]) - bump(at, [12.0, 5.0, 9.0]) + bump(at, [8.0, 13.0, 11.0]);
+    let points = Points::new(lattice(18).map(|at| (at, value(at))));
+    let basis = Basis::Multiquadric;
+    let fit = encoded(&points, Goal { basis, max_error: 1e-9, functions: 24, ..GOAL });
+    let errors = errors_of(&fit, &points);
+    let largest = fit.functions().iter().map(|f| f.weight.abs()).fold(0.0, f64::max);
+    println!("measured: {errors:?}, weights of {largest}");
+    assert!(errors.rms < 0.03, "{errors:?}, weights of {largest}");
+}
+
+#[test]
 fn no_more_functions_than_were_allowed() {
     let mut next = random();
     let points = Points::new(lattice(10).map(|at| (at, next())));

@@ -5,11 +5,13 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use super::FieldError;
+use super::{FINEST_PERCENT, FieldError};
 use crate::core::{Cancelled, Ticket};
 use crate::io::vrbf::{self, Precision};
-use crate::io::{Encoded, Source};
-use crate::rbf::{Encoding, Errors, Goal, Points, Step, encode, four_digits, resume, reweighted};
+use crate::io::{Encoded, Ended, Source};
+use crate::rbf::{
+    Encoding, Errors, Goal, Points, Step, encode, extend, four_digits, resume, reweighted,
+};
 
 /// Where the goal is not reached, rounding may make errors so many times as large.
 const MOST_BY_ROUNDING: f64 = 1.01;
@@ -31,6 +33,8 @@ const FILLINGS: usize = 6;
 const UNFILLED: u64 = 50;
 /// The size of a number with as many letters as any.
 const LONGEST_OVERSHOOT: f64 = 1.234_567_890_123_456_7e-300;
+/// The same of a number that is told to four digits.
+const LONGEST_OF_FOUR: f64 = 1.234e-300;
 
 /// What sums are held against.
 pub(super) struct Judge<'a> {
@@ -43,6 +47,10 @@ pub(super) struct Judge<'a> {
     /// Of each point, where some are.
     pub(super) favoured: Option<Vec<bool>>,
     pub(super) source: Source,
+    /// Whether it is known what lies between its points.
+    pub(super) is_mesh: bool,
+    /// Whether who is told of its rounds broke the fit off.
+    pub(super) is_broken_off: Cell<bool>,
     pub(super) ticket: &'a Ticket,
 }
 
@@ -54,7 +62,7 @@ impl Judge<'_> {
         earlier: Option<&Encoded>,
         mut told: impl FnMut(Step) -> ControlFlow<()>,
     ) -> Result<Encoded, FieldError> {
-        let is_ended = Cell::new(false);
+        let is_ended = &self.is_broken_off;
         let mut told = |step: Step| {
             let flow = told(step);
             is_ended.set(is_ended.get() || flow.is_break());
@@ -67,7 +75,7 @@ impl Judge<'_> {
             return if is_ended.get() {
                 Ok(rounded)
             } else {
-                self.filled(aim, (found, rounded), told)
+                self.filled(aim, (found, rounded), f64::INFINITY, told)
             };
         };
         check_place(earlier, &self.source, self.points.bounds())?;
@@ -87,7 +95,7 @@ impl Judge<'_> {
             return if is_ended.get() {
                 Ok(rounded)
             } else {
-                self.filled(aim, (found, rounded), told)
+                self.filled(aim, (found, rounded), before.errors.max, told)
             };
         }
         match self.fits(&before)? {
@@ -98,15 +106,19 @@ impl Judge<'_> {
 
     /// Goes on from a fit, and what a file holds of it, as long as the bytes that were asked for have room for more functions.
     /// How long a file is shows when it is written: numbers have as many digits as they need, and what is deflated is shorter.
+    /// Where no greatest error was asked for it may grow as it is filled, but not above `most`: few functions more seldom make the
+    /// worst sample better, and a file that waits for that stays empty.
     fn filled(
         &self,
         aim: Goal,
         (mut found, mut best): (Encoding, Encoded),
+        most_error: f64,
         mut told: impl FnMut(Step) -> ControlFlow<()>,
     ) -> Result<Encoded, FieldError> {
         let Some(most) = self.source.wanted_bytes else {
             return self.reached(aim, (found, best), told);
         };
+        let minds = self.source.wanted.is_some();
         // So many are too many.
         let mut beyond = self.most_functions.saturating_add(1);
         for _ in 0..FILLINGS {
@@ -118,9 +130,13 @@ impl Judge<'_> {
                 break;
             }
             let aim = Goal { functions: count + more, ..aim };
-            let Some((next, is_ended)) = self.further(&found, aim, &mut told)? else { break };
-            match self.rounded(&next, best.errors.max)? {
-                Some(rounded) => (found, best) = (next, rounded),
+            let further = self.further(&found, (aim, minds), &mut told)?;
+            let Some((next, is_ended)) = further else { break };
+            match self.rounded(&next, if minds { best.errors.max } else { most_error })? {
+                Some(rounded) if minds || rank(&rounded) < rank(&best) => {
+                    (found, best) = (next, rounded);
+                }
+                Some(_) => break,
                 None => beyond = next.functions().len(),
             }
             if is_ended {
@@ -148,7 +164,8 @@ impl Judge<'_> {
                 |goal: f64, error: f64| if error > goal { ENOUGH * goal / error } else { 1.0 };
             aim.max_error *= share(self.goal.max_error, best.errors.max);
             aim.mean_error *= share(self.goal.mean_error, best.errors.mean);
-            let Some((next, is_ended)) = self.further(&found, aim, &mut told)? else { break };
+            let further = self.further(&found, (aim, true), &mut told)?;
+            let Some((next, is_ended)) = further else { break };
             // Who asks for a mean does not mind one sample.
             let minds = self.goal.max_error.is_finite();
             let most = if minds { best.errors.max } else { f64::INFINITY };
@@ -163,11 +180,12 @@ impl Judge<'_> {
         Ok(best)
     }
 
-    /// A fit that a fit becomes by functions added, and whether who is told ended it; `None` where none were.
+    /// A fit that a fit becomes by functions added, and whether who is told ended it; `None` where none were. Its greatest error
+    /// is no greater than it was where that `minds`.
     fn further(
         &self,
         found: &Encoding,
-        aim: Goal,
+        (aim, minds): (Goal, bool),
         told: &mut impl FnMut(Step) -> ControlFlow<()>,
     ) -> Result<Option<(Encoding, bool)>, FieldError> {
         let mut is_ended = false;
@@ -176,7 +194,10 @@ impl Judge<'_> {
             is_ended |= flow.is_break();
             flow
         };
-        let next = resume(self.fitted_to, found, aim, self.ticket, told)?;
+        let next = match minds {
+            true => resume(self.fitted_to, found, aim, self.ticket, told)?,
+            false => extend(self.fitted_to, found, aim, self.ticket, told)?,
+        };
         Ok((next.functions() != found.functions()).then_some((next, is_ended)))
     }
 
@@ -188,7 +209,37 @@ impl Judge<'_> {
             Errors::of(&own.map(|(left, _)| *left).collect::<Vec<_>>())
         });
         let errors = Errors::of(&left);
-        Ok(Encoded { encoding, errors, favoured, source: self.source.clone(), overshoot: 0.0 })
+        let source = self.source.clone();
+        Ok(Encoded {
+            encoding,
+            errors,
+            favoured,
+            source,
+            overshoot: 0.0,
+            between: None,
+            ended: None,
+        })
+    }
+
+    /// Why a fit that nobody broke off has fewer functions than were allowed; `None` where it has as many, is as near as
+    /// asked for, or where there is no room for more in the bytes that were asked for.
+    pub(super) fn ended(&self, fit: &Encoded) -> Result<Option<Ended>, FieldError> {
+        if fit.encoding.functions().len() >= self.most_functions {
+            return Ok(None);
+        }
+        let allowed = (self.most_functions < usize::MAX).then_some(self.most_functions);
+        let is_asked = self.source.wanted.is_some() || self.source.wanted_mean.is_some();
+        let ended = match (self.goal.is_met(&fit.errors), is_asked) {
+            (true, true) => return Ok(None),
+            (true, false) => Ended::Finest { allowed, percent: FINEST_PERCENT },
+            (false, _) => Ended::NoNearer { allowed },
+        };
+        let Some(most) = self.source.wanted_bytes else { return Ok(Some(ended)) };
+        // What is told of it takes bytes, too.
+        let told = self.bytes(&Encoded { ended: Some(ended), ..fit.clone() })?;
+        let free = most.saturating_sub(told);
+        let has_room = free >= vrbf::bytes_a_function(self.goal.basis) && free * UNFILLED >= most;
+        Ok(has_room.then_some(ended))
     }
 
     /// Whether a file of them is as short as asked for.
@@ -197,9 +248,12 @@ impl Judge<'_> {
         Ok(self.bytes(encoded)? <= most)
     }
 
-    /// Of a file of them, at most: how far the sum goes beyond is found last, and may have the most letters.
+    /// Of a file of them, at most: how far the sum goes beyond, and is off between points, is found last, and may have the most
+    /// letters.
     fn bytes(&self, encoded: &Encoded) -> Result<u64, FieldError> {
-        let longest = Encoded { overshoot: LONGEST_OVERSHOOT, ..encoded.clone() };
+        let of_four = Errors { max: LONGEST_OF_FOUR, mean: LONGEST_OF_FOUR, rms: LONGEST_OF_FOUR };
+        let between = self.is_mesh.then_some(of_four);
+        let longest = Encoded { overshoot: LONGEST_OVERSHOOT, between, ..encoded.clone() };
         Ok(vrbf::bytes(&longest).map_err(FieldError::Unwritable)?.len() as u64)
     }
 
@@ -231,7 +285,7 @@ impl Judge<'_> {
             };
             is_as_asked_for && favoured.is_none_or(|(own, exact)| is_kept(&own, &exact))
         };
-        let rank = |own: &Encoded| (!is_enough(own), own.favoured.unwrap_or(own.errors).rms);
+        let order = |own: &Encoded| (!is_enough(own), rank(own));
         let mut best: Option<Encoded> = None;
         for precision in Precision::ALL {
             let first = vrbf::rounded(found, precision);
@@ -239,7 +293,7 @@ impl Judge<'_> {
             for encoding in [first, second] {
                 let encoded = self.measured(encoding)?;
                 let may_be = encoded.errors.max <= most && self.fits(&encoded)?;
-                if may_be && best.as_ref().is_none_or(|best| rank(&encoded) < rank(best)) {
+                if may_be && best.as_ref().is_none_or(|best| order(&encoded) < order(best)) {
                     best = Some(encoded);
                 }
             }
@@ -249,6 +303,11 @@ impl Judge<'_> {
         }
         Ok(best)
     }
+}
+
+/// How far a fit is from the samples that count more, or from all.
+fn rank(fit: &Encoded) -> f64 {
+    fit.favoured.unwrap_or(fit.errors).rms
 }
 
 /// Whether an earlier fit was made of as many samples, in the same box.

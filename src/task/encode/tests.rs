@@ -221,7 +221,15 @@ fn exact(functions: &[Function]) -> (Grid, Encoded) {
     };
     (
         Grid::of(lattice, vec![field]),
-        Encoded { encoding, errors: Errors::default(), source, favoured: None, overshoot: 0.0 },
+        Encoded {
+            encoding,
+            errors: Errors::default(),
+            source,
+            favoured: None,
+            overshoot: 0.0,
+            between: None,
+            ended: None,
+        },
     )
 }
 
@@ -356,6 +364,31 @@ fn what_is_told_of_where_a_mesh_lies_is_what_its_cells_say() {
     assert!(cover.edge() <= 4, "{}", cover.edge());
     let statistics = &volume.statistics;
     assert_eq!(fit.source.range, Some([statistics.min, statistics.max]));
+}
+
+#[test]
+fn a_mesh_has_values_at_all_of_its_own_points() {
+    let (grid, fit) = ring();
+    let points = grid.cells().expect("room").expect("cells").points().to_vec();
+    let missed = points.iter().filter(|at| !fit.source.has(**at)).count();
+    assert_eq!((missed, fit.source.cover.is_some()), (0, true), "of {}", points.len());
+}
+
+#[test]
+fn what_lies_between_the_points_of_a_mesh_has_errors_of_its_own_which_the_file_tells() {
+    let even = fitted(&grid(6), FEW, None).expect("samples");
+    assert_eq!(even.between, None, "nothing is known between samples of a grid");
+    let (mesh, fit) = ring();
+    let told = fit.between.expect("straight lines lie between them");
+    let samples = &mesh.fields[0].samples;
+    let middles = mesh.middles(Association::Point, samples, MOST_MIDDLES, &Ticket::new());
+    let known = middles.expect("nobody stops it").into_iter().filter(|(_, v)| v.is_finite());
+    let off: Vec<f64> = known.map(|(at, value)| value - fit.encoding.value(at)).collect();
+    let own = Errors::of(&off);
+    assert!((told.max / own.max - 1.0).abs() < 1e-3, "{told:?} {own:?}");
+    assert!((told.mean / own.mean - 1.0).abs() < 1e-3 && own.mean > 0.0, "{told:?} {own:?}");
+    assert_eq!(written(&fit).between, Some(told));
+    assert_eq!(fit.facts().between_max_error, Some(told.max));
 }
 
 #[test]
