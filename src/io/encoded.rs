@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::vrbf::Cover;
-use crate::rbf::{Encoding, Errors, Favour, four_digits};
+use crate::rbf::{Encoding, Errors, Favour, few_digits};
 use crate::volume::Lattice;
 
 /// Functions, and what is known of them.
@@ -123,7 +123,7 @@ impl Encoded {
         if self.overshoot > self.errors.max {
             told.push(format!(
                 "between samples the sum goes up to {} beyond the range of their values",
-                four_digits(self.overshoot)
+                few_digits(self.overshoot)
             ));
         }
         told
