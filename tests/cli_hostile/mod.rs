@@ -377,6 +377,14 @@ fn where_nothing_can_be_written_there_is_an_exit_code_all_the_same() {
         let run = program(arguments).stdout(full()).output().expect("the program starts");
         assert_eq!(fault(&run, 1, &["standard output", "refuses"], None), None, "{arguments:?}");
     }
+    for asked in ["--help", "--version"] {
+        let run = program(&[asked]).stdout(full()).output().expect("the program starts");
+        assert_eq!(
+            fault(&run, 1, &["the help", "standard output", "refuses"], None),
+            None,
+            "{asked}"
+        );
+    }
     for (arguments, code) in [(&["info", "missing.nrrd"][..], 1), (&["info", "demo:nothing"], 2)] {
         let run = program(arguments).stderr(full()).output().expect("the program starts");
         assert_eq!(run.status.code(), Some(code), "{arguments:?}");
