@@ -364,11 +364,11 @@ fn streamlines_within(
         };
         let Some(seed) = seed.filter(|seed| flow.direction(*seed, 1.0).is_some()) else { continue };
         let (mut places, before) = flow.follow(seed, -1.0, (how, left), ticket).map_err(failed)?;
-        left -= places.len();
+        left = left.saturating_sub(places.len());
         places.reverse();
         places.push(seed);
         let (ahead, after) = flow.follow(seed, 1.0, (how, left), ticket).map_err(failed)?;
-        left -= ahead.len();
+        left = left.saturating_sub(ahead.len());
         places.extend(ahead);
         let speeds = places.iter().map(|at| flow.vector(*at).map_or(0.0, DVec3::length)).collect();
         let places = places.into_iter().map(|at| flow.map.world(at)).collect();

@@ -374,7 +374,7 @@ fn stacks_of_imagej_and_ome_are_what_their_descriptions_say() {
     assert_eq!((found, large.grid.lattice.dims), (vec![1.0, 2.0, 3.0, 256.0], [2, 1, 2]));
     assert_eq!(large.grid.lattice.spacing, DVec3::new(0.25, 0.5, 3.0));
     // Of a stack that was cut off one page is left.
-    let promise = "ImageJ=1.53t\nimages=9\nslices=9\n";
+    let promise = "ImageJ=1.53t\nimages=9999\nslices=9999\n";
     let cut = read_tiff(false, &[page(promise, &[1, 2], 8)]);
     let said = cut.warnings.join("\n");
     assert!(said.contains("of another number than the 1 that there are"), "{said}");
