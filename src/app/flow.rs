@@ -108,7 +108,10 @@ fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Tick
                 _ => Seeds::OnPlane { axis, share, count },
             };
             let lines = vector::streamlines(field, &seeds, &Following::default(), ticket);
-            let lines = lines.map_err(|StreamlineError::Cancelled(_)| None)?;
+            let lines = lines.map_err(|error| match error {
+                StreamlineError::Cancelled(_) => None,
+                refused => Some(refused.to_string()),
+            })?;
             vector::tubes(&lines, transfer, radius * step).map_err(refused)
         }
     }

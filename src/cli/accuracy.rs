@@ -8,7 +8,7 @@ use super::plot;
 use super::render::{refuse_among_triangles, with_layers};
 use super::report::Report;
 use super::{Destination, Failure, note, open, refuse_one_place};
-use crate::core::Ticket;
+use crate::core::{Ticket, plain_number};
 use crate::scene::{MOST_SLABS_PER_VOXEL, Scene, SplatSettings};
 use crate::task::engine::Engine;
 use crate::task::still::{Refine, StillRequest};
@@ -29,7 +29,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         return usage(format!(
             "expected --max-slabs up to {MOST_SLABS_PER_VOXEL}, found {}; choose a number in \
              that range",
-            flags.max_slabs
+            plain_number(flags.max_slabs)
         ));
     }
     let splat = flags.mode.resolve().map_err(|error| Failure::Usage(error.to_string()))?;
@@ -124,7 +124,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
         note(&format!(
             "the picture that whole pictures are compared with did not converge up \
              to --max-slabs {}: the table says by how much it still changed",
-            flags.max_slabs
+            plain_number(flags.max_slabs)
         ));
     }
     let report = Report::of(&sweep, flags.input.file.display().to_string());

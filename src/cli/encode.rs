@@ -14,7 +14,7 @@ use crate::core::Ticket;
 use crate::core::counted;
 use crate::core::memory::human_bytes;
 use crate::io::{Encoded, Ended, may_be_replaced, nrrd_bytes, vrbf};
-use crate::rbf::{Basis, Favour, four_digits};
+use crate::rbf::{Basis, Favour, few_digits};
 use crate::task::encode::{Asked, Wanted, encode_field, usual_functions};
 use crate::volume::{Component, Field, Shape};
 
@@ -241,7 +241,7 @@ fn goals(
 /// The errors that were asked for, for people.
 fn wanted_words(encoded: &Encoded) -> String {
     let wanted = |what: &str, error: Option<f64>| {
-        error.map(|error| format!("a {what} error of {}", four_digits(error)))
+        error.map(|error| format!("a {what} error of {}", few_digits(error)))
     };
     let all =
         [wanted("greatest", encoded.source.wanted), wanted("mean", encoded.source.wanted_mean)];

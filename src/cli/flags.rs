@@ -354,13 +354,13 @@ pub struct ModeFlags {
     #[arg(long, value_name = "BACKEND", value_parser = values::backend)]
     pub backend: Option<Backend>,
     /// Corners about the middle of a splat, with --kernel gouraud [default: 8]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::natural, allow_hyphen_values = true)]
     pub gouraud_angles: Option<u32>,
     /// Rings of corners of a splat, with --kernel gouraud [default: 4]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::natural, allow_hyphen_values = true)]
     pub gouraud_rings: Option<u32>,
     /// Basis functions that each cell of their lists keeps at most, those that are greatest in it [default: all that reach it]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::natural, allow_hyphen_values = true)]
     pub functions_per_cell: Option<u32>,
     /// With --functions-per-cell: add nothing for the functions that a cell leaves out, rather than what is interpolated
     /// between its corners

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use clap::Args;
 use glam::DVec3;
 
+use super::progress::Progress;
 use super::vectors::Vectors;
 use super::{Failure, values};
 use crate::core::Ticket;
@@ -145,7 +146,9 @@ impl FlowFlags {
                 },
             };
             let how = Following { most_length: length, ..Following::default() };
+            let progress = Progress::of(&ticket, "following streamlines");
             let lines = vector::streamlines(field, &seeds, &how, &ticket);
+            drop(progress);
             let lines = lines.map_err(Failure::failed)?;
             let radius = radius * step;
             let tubes = vector::tubes(&lines, transfer, radius).map_err(Failure::failed)?;
@@ -178,7 +181,14 @@ fn parts(text: &str) -> Result<(usize, Named<'_>), String> {
         part.split_once('=')
             .ok_or_else(|| format!("expected a name and a value, found {}", values::found(part)))
     });
-    Ok((count, named.collect::<Result<_, _>>()?))
+    let named: Named<'_> = named.collect::<Result<_, _>>()?;
+    let twin = named.iter().enumerate().find(|(i, one)| named[..*i].iter().any(|at| at.0 == one.0));
+    match twin {
+        Some((_, (name, _))) => {
+            Err(format!("expected {name}= once, found it twice; leave one of the two out"))
+        }
+        None => Ok((count, named)),
+    }
 }
 
 fn unknown(name: &str, names: &str) -> String {
@@ -205,6 +215,11 @@ fn streamlines(text: &str) -> Result<Streamlines, String> {
                         "expected a place from 0% to 100%, found {}",
                         values::found(value)
                     ));
+                }
+                if asked.plane.is_some() {
+                    return Err(
+                        "expected one plane of seeds, found two; leave one of them out".to_owned()
+                    );
                 }
                 asked.plane = Some((axis, share));
             }
@@ -257,6 +272,9 @@ mod tests {
             streamlines("9,x=130%").unwrap_err(),
             streamlines("9,radius=0").unwrap_err(),
             streamlines("9,30").unwrap_err(),
+            streamlines("9,radius=1,radius=2").unwrap_err(),
+            streamlines("9,x=1%,y=2%").unwrap_err(),
+            arrows("1,size=1,size=2").unwrap_err(),
             arrows("2,length=3").unwrap_err(),
             arrows("1,size=1e9").unwrap_err(),
             ends("1,2").unwrap_err(),

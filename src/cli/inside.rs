@@ -240,8 +240,9 @@ impl InsideFlags {
         match twin {
             None => Ok(()),
             Some((_, value)) => Err(format!(
-                "expected every --iso at a value of its own, found {value} twice; give one of the two \
-                 another value, or leave it out"
+                "expected every --iso at a value of its own, found {} twice; give one of the two \
+                 another value, or leave it out",
+                plain_number(*value)
             )),
         }
     }
@@ -273,6 +274,7 @@ fn plane(text: &str) -> Result<Plane, String> {
     if normal == DVec3::ZERO {
         return Err("expected a normal of non-zero length, found 0,0,0".to_owned());
     }
+    let normal = DVec3::from(values::of_plain_length(normal.to_array()));
     Ok(Plane { point: DVec3::new(x, y, z), normal })
 }
 

@@ -30,6 +30,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
 
 use crate::task::engines::Choice;
 use crate::task::output_file::{OutputFile, is_one_place};
@@ -68,9 +69,16 @@ pub fn run(
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
+            let error = with_short_value(error);
             // Help and version go to stdout and are no failure; a closed pipe is nobody's.
-            drop(error.print());
-            return if error.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+            return match error.print() {
+                _ if error.use_stderr() => ExitCode::from(2),
+                Err(refused) if refused.kind() != ErrorKind::BrokenPipe => {
+                    say(&not_to_stdout("the help", &refused));
+                    ExitCode::FAILURE
+                }
+                _ => ExitCode::SUCCESS,
+            };
         }
     };
     if let Some(found) = too_many_threads(std::env::var("RAYON_NUM_THREADS").ok().as_deref()) {
@@ -100,6 +108,17 @@ pub fn run(
             ExitCode::FAILURE
         }
     }
+}
+
+/// The same error, which quotes no more of a value than anybody reads.
+fn with_short_value(mut error: clap::Error) -> clap::Error {
+    if let Some(ContextValue::String(value)) = error.get(ContextKind::InvalidValue)
+        && let Some((end, _)) = value.char_indices().nth(values::LONGEST)
+    {
+        let short = format!("{}…", &value[..end]);
+        error.insert(ContextKind::InvalidValue, ContextValue::String(short));
+    }
+    error
 }
 
 /// Of a number that the environment asks for: so many that starting them would seem to hang.
@@ -162,13 +181,16 @@ impl Destination {
                 Ok(()) => Ok(()),
                 // Whoever reads has seen enough.
                 Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-                Err(error) => Err(Failure::Failed(format!(
-                    "expected to write {what} to standard output, found that the system refuses \
-                     ({error}); send it to another place"
-                ))),
+                Err(error) => Err(Failure::Failed(not_to_stdout(what, &error))),
             },
         }
     }
+}
+
+fn not_to_stdout(what: &str, error: &std::io::Error) -> String {
+    format!(
+        "expected to write {what} to standard output, found that the system refuses ({error}); send it to another place"
+    )
 }
 
 /// Refuses two names of one file, of which each would take the other's place.

@@ -7,10 +7,12 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::flags::{InputFlags, ModeFlags, SceneFlags};
+use super::progress::Progress;
 use super::{Failure, note, notes, surface};
-use crate::core::{Camera, Projection, Ticket, plain_number};
+use crate::core::{Camera, Projection, Ticket, plain_number, plain_numbers};
 use crate::io::{self, Facts, OpenOptions, RawOverrides, Series};
 use crate::kernel::Kernel;
+use crate::rbf::{few_digits, four_digits};
 use crate::scene::{
     self, FirstLook, SampleSource, Scene, Shading, SplatSettings, Visibility, framing_what_shows,
 };
@@ -132,7 +134,10 @@ pub(super) fn grid_at(
     let series = field.map(str::to_owned);
     let options =
         OpenOptions { raw: is_raw.then_some(raw), series, dims, ..OpenOptions::default() };
-    let opened = io::open(&flags.file, &options, &Ticket::new()).map_err(Failure::failed)?;
+    let ticket = Ticket::new();
+    let progress = Progress::of(&ticket, "reading");
+    let opened = io::open(&flags.file, &options, &ticket).map_err(Failure::failed)?;
+    drop(progress);
     Ok(Input {
         grid: opened.grid,
         format: opened.format.name().to_owned(),
@@ -436,10 +441,10 @@ fn no_up(flags: &SceneFlags, camera: &Camera) -> Option<String> {
     let is_parallel = given.normalize_or_zero().cross(camera.direction).length() < PARALLEL;
     let [x, y, z] = camera.up.to_array().map(|v| if v == 0.0 { 0.0 } else { v });
     is_parallel.then(|| {
-        let [a, b, c] = given.to_array();
+        let [given, taken] = [given.to_array(), [x, y, z].map(four_digits)].map(|at| plain_numbers(at).replace(' ', ""));
         format!(
-            "--camera-view-up {a},{b},{c} is parallel to the direction of the view, so it says nothing of what is up in \
-             the picture: {x},{y},{z} is taken"
+            "--camera-view-up {given} is parallel to the direction of the view, so it says nothing of what is up in \
+             the picture: {taken} is taken"
         )
     })
 }
@@ -452,7 +457,7 @@ fn check_scale(flags: &SceneFlags, radius: f64) -> Result<(), Failure> {
         Some(found) => Err(Failure::Failed(format!(
             "expected --parallel-scale, half the height of the view, within a billion times and a billionth of this volume's \
              radius ({}), found {}; give the height that is to be seen",
-            plain_number(radius),
+            few_digits(radius),
             plain_number(found)
         ))),
     }

@@ -11,8 +11,9 @@ use super::flow::FlowFlags;
 use super::render::{refuse_among_triangles, with_layers};
 use super::vectors::Vectors;
 use super::{Destination, Failure, note, notes, open};
-use crate::core::Ticket;
+use crate::core::{Ticket, plain_number, plain_numbers};
 use crate::io::mesh::drawn_name;
+use crate::rbf::few_digits;
 use crate::scene::{AlongRay, Scene, VectorLayer, axis_letters};
 use crate::task::probe::{
     self, FIRST_SEEN, Look, Met, Point, ProbedVector, Seen, VectorPlace, look,
@@ -198,12 +199,14 @@ fn nowhere(volume: &ScalarVolume, [x, y, z]: [f64; 3]) -> String {
     });
     let along = ["x", "y", "z"].into_iter().zip(low.to_array().into_iter().zip(high.to_array()));
     #[expect(clippy::cast_possible_truncation, reason = "told, with as few digits as say it")]
-    let words =
-        along.map(|(axis, (low, high))| format!("{axis} {} to {}", low as f32, high as f32));
+    let words = along.map(|(axis, (low, high))| {
+        format!("{axis} {} to {}", plain_number(low as f32), plain_number(high as f32))
+    });
     let words = words.collect::<Vec<_>>().join(", ");
     format!(
-        "expected a place with a value with --point, in a box of the world coordinates {words}, found {x},{y},{z}, \
-         where there is none; choose another"
+        "expected a place with a value with --point, in a box of the world coordinates {words}, found {}, \
+         where there is none; choose another",
+        plain_numbers([x, y, z])
     )
 }
 
@@ -261,7 +264,7 @@ fn reported(point: &Point, names: &[String]) -> ReportedPoint {
 }
 
 fn sentences(report: &Report, seen: Seen) -> String {
-    let share = 100.0 * report.share.unwrap_or_default();
+    let share = few_digits(100.0 * report.share.unwrap_or_default());
     let point = match seen {
         Seen::Average => return "nothing: a mean lies at no one point".to_owned(),
         Seen::Beside if report.share.is_none() => {
@@ -269,28 +272,28 @@ fn sentences(report: &Report, seen: Seen) -> String {
         }
         Seen::Beside => return "nothing: the ray passes the volume by".to_owned(),
         Seen::TooLittle { gathered } => {
-            let gathered = 100.0 * gathered;
+            let gathered = few_digits(100.0 * gathered);
             return format!(
-                "nothing: the ray gathers {gathered:.3} % opacity, less than the {share} % that count \
+                "nothing: the ray gathers {gathered} % opacity, less than the {share} % that count \
                  as seen (--share)"
             );
         }
         Seen::Point(point) => point,
     };
-    let three = |v: DVec3| v.to_array().map(|n| format!("{n:.6}")).join(" ");
+    let three = |v: DVec3| told(v.to_array()).join(" ");
     let [x, y, z] = report.axes;
     if point.met == Met::Vectors {
         // Of the field, which is not shown, nothing is told.
-        let seen = format!("Seen              {}", met_words(point.met, share));
+        let seen = format!("Seen              {}", met_words(point.met, &share));
         let world = format!("World ({x} {y} {z})     {}", three(point.world));
         return [vec![world, seen], vector_lines(report)].concat().join("\n");
     }
     if point.met == Met::Polygon && point.gradient.x.is_nan() {
         let mut lines = vec![format!("World ({x} {y} {z})     {}", three(point.world))];
         if point.value.is_finite() {
-            lines.push(format!("Value             {:.6}", point.value));
+            lines.push(format!("Value             {}", told_one(point.value)));
         }
-        lines.push(format!("Seen              {}", met_words(point.met, share)));
+        lines.push(format!("Seen              {}", met_words(point.met, &share)));
         return [lines, vector_lines(report)].concat().join("\n");
     }
     let place = match point.cell {
@@ -300,16 +303,32 @@ fn sentences(report: &Report, seen: Seen) -> String {
     let mut lines = vec![
         format!("World ({x} {y} {z})     {}", three(point.world)),
         place,
-        format!("Value             {:.6}", point.value),
+        format!("Value             {}", told_one(point.value)),
         format!("Gradient ({x} {y} {z})  {}", three(point.gradient)),
-        format!("Gradient length   {:.6} a world unit", point.gradient.length()),
-        format!("Opacity           {:.6} in {} world units", point.opacity, report.unit_distance),
+        format!("Gradient length   {} a world unit", told_one(point.gradient.length())),
+        format!(
+            "Opacity           {} in {} world units",
+            told_one(point.opacity),
+            plain_number(report.unit_distance)
+        ),
     ];
     if point.met != Met::Asked {
-        lines.push(format!("Seen              {}", met_words(point.met, share)));
+        lines.push(format!("Seen              {}", met_words(point.met, &share)));
     }
     lines.extend(vector_lines(report));
     lines.join("\n")
+}
+
+/// Numbers of one kind to six decimals, or all by powers of ten where these would be nothing but zeros, or mostly made up.
+fn told<const N: usize>(numbers: [f64; N]) -> [String; N] {
+    let greatest = numbers.iter().map(|n| n.abs()).fold(0.0, f64::max);
+    let is_plain = greatest == 0.0 || !greatest.is_finite() || (1e-3..1e9).contains(&greatest);
+    numbers.map(|n| if is_plain { format!("{n:.6}") } else { format!("{n:.6e}") })
+}
+
+fn told_one(number: f64) -> String {
+    let [told] = told([number]);
+    told
 }
 
 /// The nearest vector of each field.
@@ -317,21 +336,23 @@ fn vector_lines(report: &Report) -> Vec<String> {
     let [x, y, z] = report.axes;
     let found = report.point.iter().flat_map(|point| &point.vectors);
     let lines = found.flat_map(|found| {
-        let ReportedVector { field, place, vector: [u, v, w], length, .. } = found;
+        let ReportedVector { field, place, vector, length, .. } = found;
+        let [u, v, w] = told(*vector);
+        let length = told_one(*length);
         let place = match place {
             VectorPlace::Index([i, j, k]) => format!("nearest at index {i} {j} {k}"),
             VectorPlace::Cell(cell) => format!("in cell {cell}"),
         };
         [
-            format!("Vector ({x} {y} {z})    {u:.6} {v:.6} {w:.6}"),
-            format!("Its length        {length:.6}, of {field}, {place}"),
+            format!("Vector ({x} {y} {z})    {u} {v} {w}"),
+            format!("Its length        {length}, of {field}, {place}"),
         ]
     });
     lines.collect()
 }
 
 /// In or on what a point is, and why it is this one.
-fn met_words(met: Met, share: f64) -> String {
+fn met_words(met: Met, share: &str) -> String {
     let on = match met {
         Met::Maximum => return "at the greatest value of the ray".to_owned(),
         Met::Minimum => return "at the least value of the ray".to_owned(),
@@ -340,4 +361,20 @@ fn met_words(met: Met, share: f64) -> String {
         surface => format!("on {}, ", surface.name()),
     };
     format!("{on}where the ray has gathered {share} % opacity")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_told_whatever_their_size() {
+        assert_eq!(told([0.5, 0.0, -2e-9]), ["0.500000", "0.000000", "-0.000000"]);
+        assert_eq!(told([2e-9, 0.0, -1e-9]), ["2.000000e-9", "0.000000e0", "-1.000000e-9"]);
+        assert_eq!((told_one(1e300), told_one(0.0)), ("1.000000e300".into(), "0.000000".into()));
+        assert_eq!(
+            (told_one(f64::NAN), told_one(123456789.5)),
+            ("NaN".into(), "123456789.500000".into())
+        );
+    }
 }

@@ -13,9 +13,9 @@ use super::progress::Progress;
 use super::stats::{LeftOutRow, Stats, asked_of};
 use super::vectors::{VectorFlags, Vectors};
 use super::{Destination, Failure, note, open, refuse_one_place};
-use crate::core::{Srgb8, Ticket, counted};
+use crate::core::{Srgb8, Ticket, counted, plain_number};
 use crate::kernel::Kernel;
-use crate::rbf::four_digits;
+use crate::rbf::few_digits;
 use crate::scene::annotations::Layout;
 use crate::scene::{
     Annotation, BESIDE, Background, Classify, CutSettings, Effect, Ground, Inside,
@@ -186,8 +186,9 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         && first_ms > MUCH_LONGER * budget_ms
     {
         note(&format!(
-            "the picture took {first_ms:.0} ms of the {budget_ms} ms asked for: what rays cost is learnt from \
-             pictures that were drawn before, and no picture is less than 48 pixels high; --repeat draws more"
+            "the picture took {first_ms:.0} ms of the {} ms asked for: what rays cost is learnt from \
+             pictures that were drawn before, and no picture is less than 48 pixels high; --repeat draws more",
+            plain_number(budget_ms)
         ));
     }
     if let Some(Layout { primitives, left_out, .. }) = annotated {
@@ -215,7 +216,7 @@ fn all_left_out(scene: &Scene) -> Option<String> {
     (all > 0 && left_out == all as u64).then(|| {
         format!(
             "all basis functions are left out (rms {}), so that one value is everywhere; give a smaller --functions-error",
-            four_digits(rms)
+            few_digits(rms)
         )
     })
 }
@@ -538,8 +539,9 @@ fn no_cut(refine: Refine) -> String {
     match refine {
         Refine::Budget { budget_ms } => format!(
             "{expected} the mode itself, perhaps at a smaller size, which is the best picture within \
-             {budget_ms} ms; choose --moving octree, or --visibility every-sample, whose pictures within a time \
-             are octree cuts, or leave --budget-ms out and say with --max-error how coarse a cut is to be"
+             {} ms; choose --moving octree, or --visibility every-sample, whose pictures within a time \
+             are octree cuts, or leave --budget-ms out and say with --max-error how coarse a cut is to be",
+            plain_number(budget_ms)
         ),
         _ => format!(
             "{expected} the full picture, as no octree cut is within this error of it; give a larger \

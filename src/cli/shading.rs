@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::Failure;
 use super::values::{self, List, Stop};
-use crate::core::Srgb8;
+use crate::core::{Srgb8, plain_number};
 use crate::scene::{
     Amounts, Attached, Colours, Index, Light, Lighting, Scene, Shading, ShadingError,
     ShadingPreset, SplatSettings,
@@ -160,7 +160,7 @@ fn points<'a>(text: &str, rest: &'a str, expected: &str) -> Result<&'a str, Stri
     if rest.contains(':') {
         return Ok(rest);
     }
-    Err(format!("expected {expected}, found {text:?}"))
+    Err(format!("expected {expected}, found {}", values::found(text)))
 }
 
 /// Refuses places along an index that nothing in any picture has.
@@ -174,8 +174,9 @@ fn check_reach<T>(index: Index, points: &[(f64, T)]) -> Result<(), String> {
     };
     match points.iter().find(|(at, _)| !range.contains(at)) {
         Some((found, _)) => Err(format!(
-            "expected {} {words}, found {found}; give its table points that lie there",
-            index.name()
+            "expected {} {words}, found {}; give its table points that lie there",
+            index.name(),
+            plain_number(*found)
         )),
         None => Ok(()),
     }
@@ -200,15 +201,25 @@ fn colours(text: &str) -> Result<Colours, String> {
 fn light(text: &str) -> Result<Light, String> {
     let mut parts = text.split(':');
     let direction = DVec3::from(values::direction(parts.next().unwrap_or_default())?);
-    let mut light = Light { direction, colour: Srgb8([255; 3]), attached: Attached::Camera };
+    let (mut colour, mut attached) = (None, None);
     for part in parts {
-        match part {
-            "data" => light.attached = Attached::Data,
-            "camera" => light.attached = Attached::Camera,
-            colour => light.colour = values::colour(colour)?,
+        let is_first = match part {
+            "data" => attached.replace(Attached::Data).is_none(),
+            "camera" => attached.replace(Attached::Camera).is_none(),
+            text => colour.replace(values::colour(text)?).is_none(),
+        };
+        if !is_first {
+            return Err(format!(
+                "expected one colour, and one of data and camera, found two in {}; leave one out",
+                values::found(text)
+            ));
         }
     }
-    Ok(light)
+    Ok(Light {
+        direction,
+        colour: colour.unwrap_or(Srgb8([255; 3])),
+        attached: attached.unwrap_or(Attached::Camera),
+    })
 }
 
 #[cfg(test)]
@@ -238,6 +249,8 @@ mod tests {
             light("0,0,0").unwrap_err(),
             light("1,2").unwrap_err(),
             light("0,0,1:green").unwrap_err(),
+            light("0,0,1:ff0000:00ff00").unwrap_err(),
+            light("0,0,1:data:camera").unwrap_err(),
             amounts("gradient:0:1").unwrap_err(),
             amounts("view-depth").unwrap_err(),
             amounts("view-depth:0:1.5").unwrap_err(),

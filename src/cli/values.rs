@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::core::Srgb8;
+use crate::core::{Srgb8, plain_number};
 use crate::io::Endian;
 use crate::kernel::Kernel;
 use crate::rbf::Basis;
@@ -18,6 +18,9 @@ use crate::transfer::presets::Preset;
 use crate::vector::{ColourBy, Design, Foreshortening, MOST_COARSER, VectorMode};
 use crate::volume::{Component, ScalarType};
 
+/// Characters of a value that a message quotes.
+pub(super) const LONGEST: usize = 60;
+
 type Parsed<T> = Result<T, String>;
 
 /// A flag that is given once and holds several things.
@@ -29,9 +32,15 @@ pub(super) type Points = List<(f64, f64)>;
 /// A colour at a data value.
 pub(super) type Stop = (f64, Srgb8);
 
-/// What was found, as a message quotes it: on one line, and where it is nothing, that.
+/// What was found, as a message quotes it: on one line, no longer than anybody reads, and where it is nothing, that.
 pub(super) fn found(text: &str) -> String {
-    if text.trim().is_empty() { "nothing".to_owned() } else { format!("{text:?}") }
+    if text.trim().is_empty() {
+        return "nothing".to_owned();
+    }
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{:?}…", &text[..end]),
+        None => format!("{text:?}"),
+    }
 }
 
 pub(super) fn number(text: &str) -> Parsed<f64> {
@@ -77,6 +86,11 @@ fn small(text: &str, range: RangeInclusive<u32>) -> Parsed<u32> {
 /// How often vectors are halved.
 pub(super) fn halvings(text: &str) -> Parsed<u32> {
     small(text, 0..=MOST_COARSER)
+}
+
+/// A whole number whose range the mode or the picture has a say in.
+pub(super) fn natural(text: &str) -> Parsed<u32> {
+    small(text, 0..=u32::MAX)
 }
 
 pub(super) fn frames(text: &str) -> Parsed<u32> {
@@ -129,7 +143,16 @@ pub(super) fn direction(text: &str) -> Parsed<[f64; 3]> {
     if value.iter().all(|&v| v == 0.0) {
         return Err("expected a direction of non-zero length, found 0,0,0".to_owned());
     }
-    Ok(value)
+    Ok(of_plain_length(value))
+}
+
+/// The same direction, where only that counts, of a length whose square is a number.
+pub(super) fn of_plain_length(direction: [f64; 3]) -> [f64; 3] {
+    let greatest = direction.iter().map(|v| v.abs()).fold(0.0, f64::max);
+    match (1e-100..=1e100).contains(&greatest) {
+        true => direction,
+        false => direction.map(|v| v / greatest),
+    }
 }
 
 pub(super) fn spacing(text: &str) -> Parsed<[f64; 3]> {
@@ -279,7 +302,8 @@ fn pairs<T>(text: &str, what: &str, read: impl Fn(&str) -> Parsed<T>) -> Parsed<
     match pairs.windows(2).find(|two: &&[(f64, T)]| two[1].0 < two[0].0) {
         Some(two) => Err(format!(
             "expected {what} by value, the least first, found {} after {}; sort them",
-            two[1].0, two[0].0
+            plain_number(two[1].0),
+            plain_number(two[0].0)
         )),
         None => Ok(List(pairs)),
     }
@@ -393,6 +417,15 @@ mod tests {
     }
 
     #[test]
+    fn what_is_quoted_is_no_longer_than_anybody_reads() {
+        assert_eq!(found("é"), "\"é\"");
+        assert_eq!(found(&"9".repeat(60)), format!("\"{}\"", "9".repeat(60)));
+        assert_eq!(found(&"é".repeat(5000)), format!("\"{}\"…", "é".repeat(60)));
+        let refused = opacity("1e300:0.1,-1e300:0.3").unwrap_err();
+        assert!(refused.contains("found -1e300 after 1e300; sort them"), "{refused}");
+    }
+
+    #[test]
     fn what_cannot_be_meant_is_refused_with_what_was_found() {
         for refused in [
             opacity("5").unwrap_err(),
@@ -410,6 +443,8 @@ mod tests {
             positive("inf").unwrap_err(),
             view_angle("180").unwrap_err(),
             dims("4,0,4").unwrap_err(),
+            natural("x").unwrap_err(),
+            natural("-1").unwrap_err(),
             dims("4,-1,4").unwrap_err(),
             resolution("640x480").unwrap_err(),
             colour("red").unwrap_err(),
@@ -434,6 +469,9 @@ mod tests {
         assert!(resolution("0,4").is_err() && resolution("4,0").is_err());
         assert_eq!(resolution("1, 4"), Ok([1, 4]));
         assert_eq!(direction("0,0,-1"), Ok([0.0, 0.0, -1.0]));
+        // Neither the square of 1e-200 nor that of 1e200 is a number that could be divided by.
+        assert_eq!(direction("1e-200,0,-2e-200"), Ok([0.5, 0.0, -1.0]));
+        assert_eq!(direction("1e200,0,-2e200"), Ok([0.5, 0.0, -1.0]));
         assert_eq!(opacity("1:0,2:1").unwrap().0, [(1.0, 0.0), (2.0, 1.0)]);
         assert_eq!((endian("little"), endian("big")), (Ok(Endian::Little), Ok(Endian::Big)));
         assert_eq!(adapter("software"), Ok(AdapterChoice::Software));

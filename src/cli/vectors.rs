@@ -36,7 +36,8 @@ pub struct VectorFlags {
         allow_hyphen_values = true)]
     pub phase: f64,
     /// Draw one whole cycle of N pictures: --output X.gif, or X.png for X-000.png and so on
-    #[arg(long = "loop", value_name = "N")]
+    #[arg(long = "loop", value_name = "N", value_parser = values::natural,
+        allow_hyphen_values = true)]
     pub cycle: Option<u32>,
     /// Seconds that --loop takes in a GIF [default: 3]
     #[arg(long, value_name = "S", value_parser = values::positive, allow_hyphen_values = true)]

@@ -7,7 +7,7 @@
      close other programs, or {}",
     human_bytes(*needed_bytes),
     human_bytes(*free_bytes),
-    if what == PICTURE { "ask for fewer pixels" } else { "open a smaller or subsampled volume" }
+    if what.starts_with(PICTURE) { "ask for fewer pixels" } else { "open a smaller or subsampled volume" }
 )]
 pub struct TooLarge {
     /// What was to be held, in words.
@@ -18,7 +18,7 @@ pub struct TooLarge {
     pub free_bytes: u64,
 }
 
-/// The words for a picture, whose size its volume has no part in.
+/// What the words for a picture begin with, and for several: their size is not their volume's.
 pub const PICTURE: &str = "the picture";
 
 /// The product of sizes, or `None` where it exceeds 64 bits.

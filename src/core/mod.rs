@@ -18,7 +18,7 @@ pub mod progress;
 pub use camera::{Camera, Projection};
 pub use colour::{LinearRgb, Srgb8};
 pub(crate) use names::names;
-pub use names::{counted, plain_number};
+pub use names::{counted, plain_number, plain_numbers};
 pub use pace::Pace;
 pub use pages::LargePages;
 #[cfg(test)]

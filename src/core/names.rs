@@ -57,14 +57,23 @@ pub fn plain_number<T: Into<f64> + Display + LowerExp + Copy>(value: T) -> Strin
     if is_plain { value.to_string() } else { format!("{value:e}") }
 }
 
+/// [`plain_number`] of each, with commas between.
+pub fn plain_numbers<T: Into<f64> + Display + LowerExp + Copy>(
+    values: impl IntoIterator<Item = T>,
+) -> String {
+    values.into_iter().map(plain_number).collect::<Vec<_>>().join(", ")
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{counted, plain_number};
+    use super::{counted, plain_number, plain_numbers};
 
     #[test]
     fn numbers_are_written_without_rows_of_zeros() {
         let words = [0.0, -2.5, 1e-5, 1e300, -1e-9].map(plain_number);
         assert_eq!(words, ["0", "-2.5", "0.00001", "1e300", "-1e-9"]);
+        assert_eq!(plain_numbers([1.0, 1e308, -1e-320]), "1, 1e308, -1e-320");
+        assert_eq!(plain_numbers([0.1_f32, 3e38]), "0.1, 3e38");
     }
 
     #[test]

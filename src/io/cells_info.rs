@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::cells::{Cells, Finder};
 use crate::core::parallel;
-use crate::core::{Cancelled, Ticket};
+use crate::core::{Cancelled, Ticket, plain_number};
 
 /// The cells of an unstructured or curvilinear grid.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -149,7 +149,7 @@ impl fmt::Display for CellsInfo {
             writeln!(f, "{:<11}{count} {what}", "")?;
         }
         if self.total_volume != 0.0 {
-            writeln!(f, "{:<11}{}", "volume", self.total_volume)?;
+            writeln!(f, "{:<11}{}", "volume", plain_number(self.total_volume))?;
         }
         Ok(())
     }

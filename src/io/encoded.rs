@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::vrbf::Cover;
 use crate::core::counted;
-use crate::rbf::{Encoding, Errors, Favour, four_digits};
+use crate::rbf::{Encoding, Errors, Favour, few_digits};
 use crate::volume::Lattice;
 
 /// Functions, and what is known of them.
@@ -192,7 +192,7 @@ impl Encoded {
         if self.overshoot > self.errors.max {
             told.push(format!(
                 "between samples the sum goes up to {} beyond the range of their values",
-                four_digits(self.overshoot)
+                few_digits(self.overshoot)
             ));
         }
         told

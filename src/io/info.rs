@@ -15,7 +15,7 @@ use crate::core::memory;
 use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::core::{Srgb8, counted, plain_number};
-use crate::rbf::four_digits;
+use crate::rbf::few_digits;
 use crate::volume::{Field, Grid, LabelName, ScalarType, Shape, Statistics};
 
 /// The answer to `voxsplat info`; its JSON form keeps these names.
@@ -332,7 +332,7 @@ impl fmt::Display for Info {
             writeln!(f, "{:<11}{unit}", "unit")?;
         }
         if let Some(encoding) = &self.encoding {
-            let number = |v: f64| plain_number(four_digits(v));
+            let number = few_digits;
             writeln!(
                 f,
                 "{:<11}{} ({}) of {}: greatest error {}, mean {}",

@@ -11,8 +11,8 @@ use super::numbers::Numbers;
 use super::scale::converted;
 use super::stream::Stream;
 use super::{Format, Opened};
-use crate::core::memory;
 use crate::core::progress::Ticket;
+use crate::core::{memory, plain_numbers};
 use crate::volume::{Grid, Lattice, Samples, ScalarType};
 
 const HEADER_BYTES: usize = 1024;
@@ -149,7 +149,16 @@ fn lattice(n: Numbers<'_>, dims: [usize; 3], warnings: &mut Vec<String>) -> Latt
                 .push(format!("the cell has no length along {}: 1 is used", ["x", "y", "z"][axis]));
         }
     }
-    let edges = edges([0, 1, 2].map(|axis| n.f32(52 + 4 * axis)));
+    let angles = [0, 1, 2].map(|axis| n.f32(52 + 4 * axis));
+    let edges = edges(angles).unwrap_or_else(|| {
+        // Many programs leave all three at 0.
+        if angles != [0.0; 3] {
+            let told = plain_numbers(angles);
+            warnings
+                .push(format!("the cell's angles, {told}, make no cell: right angles are used"));
+        }
+        DMat3::IDENTITY
+    });
     let starts = [0, 1, 2].map(|axis| f64::from(n.i32(16 + 4 * axis)));
     let mut lattice =
         Lattice { dims, spacing: DVec3::ONE, origin: DVec3::ZERO, direction: DMat3::IDENTITY };
@@ -165,18 +174,22 @@ fn lattice(n: Numbers<'_>, dims: [usize; 3], warnings: &mut Vec<String>) -> Latt
     lattice
 }
 
-/// Unit edges of a cell of such angles, degrees: the first along x, the second in the plane of x and y.
-fn edges([alpha, beta, gamma]: [f64; 3]) -> DMat3 {
+/// Unit edges of a cell of such angles, degrees: the first along x, the second in the plane of x and y; `None` where no cell has
+/// such angles.
+fn edges([alpha, beta, gamma]: [f64; 3]) -> Option<DMat3> {
     let all = [alpha, beta, gamma];
-    if all == [90.0; 3] || !all.iter().all(|angle| (1.0..179.0).contains(angle)) {
-        return DMat3::IDENTITY;
+    if all == [90.0; 3] {
+        return Some(DMat3::IDENTITY);
+    }
+    if !all.iter().all(|angle| (1.0..179.0).contains(angle)) {
+        return None;
     }
     let [ca, cb, cg] = all.map(|angle| angle.to_radians().cos());
     let sg = gamma.to_radians().sin();
     let across = (ca - cb * cg) / sg;
     let up = (1.0 - cb * cb - across * across).max(0.0).sqrt();
-    let made = DMat3::from_cols(DVec3::X, DVec3::new(cg, sg, 0.0), DVec3::new(cb, across, up));
-    if up > 1e-6 { made } else { DMat3::IDENTITY }
+    let columns = [DVec3::X, DVec3::new(cg, sg, 0.0), DVec3::new(cb, across, up)];
+    (up > 1e-6).then(|| DMat3::from_cols(columns[0], columns[1], columns[2]))
 }
 
 #[cfg(test)]
@@ -186,12 +199,12 @@ mod tests {
     #[test]
     fn a_cell_is_as_oblique_as_its_angles() {
         let angles = [70.0, 80.0, 100.0_f64];
-        let [a, b, c] = [0, 1, 2].map(|axis| edges(angles).col(axis));
+        let [a, b, c] = [0, 1, 2].map(|axis| edges(angles).unwrap().col(axis));
         for (found, angle) in [(b.dot(c), 70.0), (a.dot(c), 80.0), (a.dot(b), 100.0_f64)] {
             assert!((found - angle.to_radians().cos()).abs() < 1e-12);
         }
-        assert_eq!(edges([90.0; 3]), DMat3::IDENTITY);
-        assert_eq!(edges([0.0; 3]), DMat3::IDENTITY);
+        assert_eq!(edges([90.0; 3]), Some(DMat3::IDENTITY));
+        assert_eq!((edges([0.0; 3]), edges([30.0, 30.0, 120.0])), (None, None));
     }
 
     #[test]

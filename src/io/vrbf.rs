@@ -22,10 +22,10 @@ use self::cover::Told;
 use self::packed::{Column, Packed};
 use super::error::{Problem, ReadError, corrupt, header, quoted, truncated, unsupported};
 use super::{Encoded, Ended, Format, Opened, Source, files};
-use crate::core::counted;
 use crate::core::memory;
 use crate::core::progress::Ticket;
-use crate::rbf::{Basis, Encoding, Errors, Favour, Function, four_digits};
+use crate::core::{counted, plain_number};
+use crate::rbf::{Basis, Encoding, Errors, Favour, Function, few_digits};
 use crate::volume::{Association, Field, Grid, Lattice, Places, Samples, StandsFor};
 
 /// How a file begins.
@@ -389,7 +389,7 @@ pub(super) fn read(
         warnings.push(format!(
             "large weights of opposite signs cancel in the sum: pictures, which are drawn in single precision, may be off by \
              up to {}",
-            four_digits(encoded.encoding.rounding())
+            few_digits(encoded.encoding.rounding())
         ));
     }
     let grid = Grid {
@@ -482,6 +482,7 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
     };
     let of_cover = found.cover.map_or(0, |cover| cover.bytes);
     let expected = of_functions.saturating_add(of_cover);
+    memory::require("the functions", expected.saturating_add(needed), free_bytes)?;
     let body_len = len - (start.len() - begun.len()) as u64;
     if body_len != expected {
         let sentence = (format!("{expected} bytes of functions"), body_len.to_string());
@@ -539,14 +540,14 @@ fn content(path: &Path, free_bytes: u64) -> Result<Encoded, Problem> {
     let told = told.flat_map(|errors| [errors.max, errors.mean, errors.rms]);
     let mut told = told.chain(found.wanted).chain(found.wanted_mean).chain([found.overshoot]);
     if let Some(error) = told.find(|error| error.is_nan() || *error < 0.0) {
-        return Err(header("errors of 0 or more", error.to_string(), "encode the source again"));
+        return Err(header("errors of 0 or more", plain_number(error), "encode the source again"));
     }
     if let Some([low, high]) = found.range
         && !(low <= high && (high - low).is_finite())
     {
         return Err(header(
             "a range of values from the least to the greatest",
-            format!("{low} to {high}"),
+            format!("{} to {}", plain_number(low), plain_number(high)),
             "encode the source again",
         ));
     }

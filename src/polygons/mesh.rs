@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::doubles::are_first;
 use super::shorten;
 use super::soft::{MOST_SOFTENED, soft_normals};
-use crate::core::Srgb8;
+use crate::core::{Srgb8, plain_numbers};
 
 /// Triangles in world space. Positions are finite and every index is that of a position: only
 /// [`Mesh::new`] makes one. Triangles without area are there, and drawn by nobody.
@@ -78,7 +78,10 @@ pub enum MeshError {
     #[error("expected at least one triangle, found none; give a mesh with faces")]
     Empty,
     /// A place that is nowhere.
-    #[error("expected finite positions, found {found} at corner {corner}; write the file again")]
+    #[error(
+        "expected finite positions, found {} at corner {corner}; write the file again",
+        plain_numbers(found.to_array())
+    )]
     NotFinite {
         /// Which, from 0.
         corner: usize,

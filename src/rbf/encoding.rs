@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use super::function::{Basis, Function};
 use super::points::Points;
-use crate::core::Looks;
 use crate::core::parallel;
 use crate::core::progress::{Cancelled, Ticket};
+use crate::core::{Looks, plain_number};
 
 /// A cell that more functions reach is split.
 const FEW: usize = 12;
@@ -49,9 +49,14 @@ pub(crate) fn four_digits(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
+/// The same as it stands in a sentence: never a row of zeros.
+pub(crate) fn few_digits(value: f64) -> String {
+    plain_number(four_digits(value))
+}
+
 impl fmt::Display for Errors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "greatest error {}, mean {}", four_digits(self.max), four_digits(self.mean))
+        write!(f, "greatest error {}, mean {}", few_digits(self.max), few_digits(self.mean))
     }
 }
 

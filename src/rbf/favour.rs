@@ -5,7 +5,7 @@ use std::fmt;
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::encoding::four_digits;
+use super::encoding::few_digits;
 use crate::core::plain_number;
 
 /// How far beyond its faces a region reaches, as a share of its sides: samples on a face lie in it, whatever rounding says.
@@ -69,15 +69,14 @@ pub enum FavourError {
 impl fmt::Display for Favour {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some([low, high]) = self.range {
-            write!(f, "values {} to {} ", four_digits(low), four_digits(high))?;
+            write!(f, "values {} to {} ", few_digits(low), few_digits(high))?;
         }
         if let Some(Region { corner, sides }) = self.region {
             let ends = [corner, corner + sides.x_axis + sides.y_axis + sides.z_axis];
-            let [from, to] =
-                ends.map(|at| at.to_array().map(|v| four_digits(v).to_string()).join(", "));
+            let [from, to] = ends.map(|at| at.to_array().map(few_digits).join(", "));
             write!(f, "in the box from ({from}) to ({to}) ")?;
         }
-        write!(f, "counted {} times", four_digits(self.times))
+        write!(f, "counted {} times", few_digits(self.times))
     }
 }
 

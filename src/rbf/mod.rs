@@ -18,8 +18,8 @@ mod solve;
 mod tests;
 
 pub use encode::{EncodeError, Goal, Step, encode, extend, resume, reweighted};
-pub(crate) use encoding::four_digits;
 pub use encoding::{Blend, Encoding, Errors, LIT};
+pub(crate) use encoding::{few_digits, four_digits};
 pub use favour::{Favour, FavourError, Region};
 pub use function::{Basis, Function};
 pub use limits::Limits;

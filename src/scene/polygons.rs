@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{Look, Sampled, Scene};
-use crate::core::Srgb8;
+use crate::core::{Srgb8, plain_number};
 use crate::polygons::{Mesh, Triangle, between_levels};
 use crate::transfer::{ColourMap, ColourSource, colour_of_label};
 
@@ -77,7 +77,7 @@ pub struct PolygonLayer {
 #[non_exhaustive]
 pub enum PolygonError {
     /// An opacity that is none.
-    #[error("expected the opacity of a mesh from 0 to 1, found {found}")]
+    #[error("expected the opacity of a mesh from 0 to 1, found {}", plain_number(*found))]
     Opacity {
         /// The offending number.
         found: f64,

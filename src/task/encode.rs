@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use self::judge::Judge;
 use crate::core::memory::{self, TooLarge};
-use crate::core::{Cancelled, Ticket};
+use crate::core::{Cancelled, Ticket, plain_number};
 use crate::io::vrbf::{self, Cover};
 use crate::io::{Encoded, Source};
 use crate::rbf::{
@@ -92,8 +92,8 @@ pub enum FieldError {
     /// No sample is one of those that are to be favoured.
     #[error(
         "expected samples to favour, found none of such values and places; the finite values of this field are {} to {}",
-        .0[0],
-        .0[1]
+        plain_number(.0[0]),
+        plain_number(.0[1])
     )]
     NothingFavoured([f64; 2]),
     /// A file of so many bytes has no room.

@@ -10,7 +10,8 @@ use super::engine::Engine;
 use super::output_file::OutputFile;
 use super::picture_file::{self, PictureFormat};
 use super::still::{Refine, Still, StillError, StillRequest};
-use crate::core::Ticket;
+use crate::core::memory;
+use crate::core::{Ticket, plain_number};
 use crate::scene::Scene;
 use crate::scene::annotations::Primitive;
 
@@ -18,6 +19,8 @@ use crate::scene::annotations::Primitive;
 pub const MOST_FRAMES: u32 = 999;
 /// Speed of the search for 256 colours, 1 (best) to 30: at 10 a picture takes about as long as drawing it.
 const GIF_SPEED: i32 = 10;
+/// What memory holds of a loop.
+const PICTURES: &str = "the pictures of the loop";
 
 /// How a cycle becomes pictures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,8 +71,12 @@ pub fn paths(path: &Path, format: LoopFormat, cycle: Cycle) -> Vec<PathBuf> {
     match format {
         LoopFormat::Gif => vec![path.to_owned()],
         LoopFormat::Pngs => {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let named = |i: u32| path.with_file_name(format!("{stem}-{i:03}.png"));
+            // Names need not be text.
+            let named = |i: u32| {
+                let mut name = path.file_stem().unwrap_or_default().to_owned();
+                name.push(format!("-{i:03}.png"));
+                path.with_file_name(name)
+            };
             (0..cycle.frames).map(named).collect()
         }
     }
@@ -118,9 +125,17 @@ pub fn write(
         return Err(LoopError::File(format!(
             "expected a loop of 2 to {MOST_FRAMES} pictures in more than 0 seconds, found {} in {}: {}",
             cycle.frames,
-            cycle.seconds,
+            plain_number(cycle.seconds),
             path.display()
         )));
+    }
+    if format == LoopFormat::Gif {
+        check_gif(size, cycle)
+            .map_err(|sentence| LoopError::File(format!("{sentence}: {}", path.display())))?;
+        // All of them are kept until the last one is drawn; numbered ones are packed.
+        let each = u64::from(size[0]) * u64::from(size[1]) * 4;
+        let needed = each.saturating_mul(u64::from(cycle.frames));
+        memory::require(PICTURES, needed, memory::free_bytes()).map_err(StillError::TooLarge)?;
     }
     // Places that cannot be written to are found before anything is drawn.
     let places: Vec<OutputFile> = paths(path, format, cycle)
@@ -175,6 +190,29 @@ fn frame(
     engine.still(request, &ticket.part(i, frames))
 }
 
+/// Refuses what a GIF cannot be: sizes of more than two bytes, and pictures that are shown for none of its hundredths of a second,
+/// or for more than two bytes of them.
+fn check_gif(size: [u32; 2], cycle: Cycle) -> Result<(), String> {
+    const MOST: u32 = u16::MAX as u32;
+    if let Some(found) = size.into_iter().find(|side| *side > MOST) {
+        return Err(format!(
+            "expected at most {MOST} pixels along a side of a GIF, found {found}; choose a smaller --resolution, or write to a \
+             name that ends in .png"
+        ));
+    }
+    let each = cycle.seconds / f64::from(cycle.frames);
+    if (1.0..=f64::from(MOST)).contains(&(100.0 * each)) {
+        return Ok(());
+    }
+    let [least, most] = [0.01, 655.35].map(|each| plain_number(each * f64::from(cycle.frames)));
+    Err(format!(
+        "expected {least} to {most} seconds for {} pictures of a GIF, which are shown for 0.01 to 655.35 each, found {}; choose \
+         another --loop-seconds or another number",
+        cycle.frames,
+        plain_number(cycle.seconds)
+    ))
+}
+
 fn gif(
     pictures: Vec<Vec<u8>>,
     [width, height]: [u32; 2],
@@ -189,14 +227,14 @@ fn gif(
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "a few thousand"
+            reason = "at most 999 times 65 535: checked"
         )]
         let time = (cycle.seconds * 100.0 * share).round() as u32;
         time
     };
     for (i, rgba) in (0..).zip(pictures) {
         let Some(image) = RgbaImage::from_raw(width, height, rgba) else { continue };
-        let shown = (hundredths(i + 1) - hundredths(i)).max(1);
+        let shown = hundredths(i + 1) - hundredths(i);
         let delay = Delay::from_numer_denom_ms(shown * 10, 1);
         encoder.encode_frame(Frame::from_parts(image, 0, 0, delay))?;
     }
@@ -221,6 +259,30 @@ mod tests {
         let ms: u32 = frames.iter().map(|f| f.delay().numer_denom_ms().0).sum();
         assert_eq!(ms, 1000);
         assert!(frames[6].buffer().get_pixel(0, 0).0[0] > 150);
+    }
+
+    #[test]
+    fn a_gif_is_refused_where_it_would_be_another_than_asked_for() {
+        let check = |frames, seconds| check_gif([3, 2], Cycle { frames, seconds });
+        assert_eq!((check(200, 2.0), check(2, 1310.7), check(32, 3.0)), (Ok(()), Ok(()), Ok(())));
+        for (frames, seconds) in [(200, 1.99), (2, 1310.8), (2, 1e300), (2, 1e-320)] {
+            let said = check(frames, seconds).unwrap_err();
+            assert!(said.contains("expected ") && said.contains("--loop-seconds"), "{said}");
+            assert!(said.len() < 220, "{said}");
+        }
+        let wide = check_gif([65_536, 1], Cycle::default()).unwrap_err();
+        assert!(wide.contains("at most 65535 pixels") && wide.contains("found 65536"), "{wide}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn numbered_pictures_keep_a_name_that_is_no_text() {
+        use std::ffi::OsStr;
+        use std::os::unix::ffi::OsStrExt;
+
+        let path = Path::new(OsStr::from_bytes(b"a/w\xffd.png"));
+        let found = paths(path, LoopFormat::Pngs, Cycle { frames: 2, seconds: 1.0 });
+        assert_eq!(found[1].as_os_str().as_bytes(), b"a/w\xffd-001.png");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ColourMap, NoData};
 use crate::core::colour::linear_from_srgb;
-use crate::core::{LinearRgb, Srgb8};
+use crate::core::{LinearRgb, Srgb8, plain_number};
 
 /// Least transmittance per unit distance: what opacity 1 is drawn as, since its extinction would
 /// be infinite. Opacities above `1 − TRANSMITTANCE_FLOOR` are counted, never hidden.
@@ -159,7 +159,10 @@ pub enum TransferError {
         found: f64,
     },
     /// An opacity that is no opacity.
-    #[error("expected opacities from 0 to 1, found {found} at value {value}")]
+    #[error(
+        "expected opacities from 0 to 1, found {} at value {}",
+        plain_number(*found), plain_number(*value)
+    )]
     Opacity {
         /// The offending opacity.
         found: f64,
@@ -167,13 +170,16 @@ pub enum TransferError {
         value: f64,
     },
     /// The same of NaN.
-    #[error("expected an opacity of NaN from 0 to 1, found {found}")]
+    #[error("expected an opacity of NaN from 0 to 1, found {}", plain_number(*found))]
     NoDataOpacity {
         /// The offending opacity.
         found: f64,
     },
     /// Points out of order.
-    #[error("expected the {of} sorted by value, found {after} after {before}")]
+    #[error(
+        "expected the {of} sorted by value, found {} after {}",
+        plain_number(*after), plain_number(*before)
+    )]
     Unsorted {
         /// Opacity points or colour stops.
         of: &'static str,

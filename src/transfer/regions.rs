@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::extinction_from_opacity;
-use crate::core::{Srgb8, names};
+use crate::core::{Srgb8, names, plain_number};
 
 /// Regions at most.
 pub const MOST_REGIONS: usize = 16;
@@ -60,7 +60,7 @@ pub enum RegionError {
     /// A box that is none.
     #[error(
         "expected a region's {of} as two numbers, the lower one first{least}, found {} and {}",
-        found[0], found[1]
+        plain_number(found[0]), plain_number(found[1])
     )]
     Box {
         /// Values or strengths.
@@ -71,7 +71,7 @@ pub enum RegionError {
         found: [f64; 2],
     },
     /// A share that is none.
-    #[error("expected a region's {of} from 0 to 1, found {found}")]
+    #[error("expected a region's {of} from 0 to 1, found {}", plain_number(*found))]
     Share {
         /// Opacity or softness.
         of: &'static str,

@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::Design;
-use crate::core::{Srgb8, names};
+use crate::core::{Srgb8, names, plain_number};
 use crate::transfer::{ColourMap, ColourSource, TransferError, TransferFunction};
 use crate::volume::{Places, ScalarVolume, Statistics, VectorField};
 
@@ -131,11 +131,12 @@ pub struct VectorSettings {
 #[non_exhaustive]
 pub enum VectorSettingsError {
     /// A stretch outside its range.
-    #[error("expected a stretch of vector splats from 1 to {MOST_STRETCH}, found {0}")]
+    #[error("expected a stretch of vector splats from 1 to {MOST_STRETCH}, found {}", plain_number(*.0))]
     Stretch(f64),
     /// An extent outside its range.
     #[error(
-        "expected an extent of vector splats over 0 and at most {MOST_VECTOR_EXTENT}, found {0}"
+        "expected an extent of vector splats over 0 and at most {MOST_VECTOR_EXTENT}, found {}",
+        plain_number(*.0)
     )]
     Extent(f64),
     /// Means of more than there is.

@@ -8,7 +8,8 @@
 use glam::DVec3;
 
 use super::grid_map::GridMap;
-use crate::core::{Cancelled, Ticket};
+use crate::core::memory::{self, human_bytes};
+use crate::core::{Cancelled, Looks, Ticket};
 use crate::volume::VectorField;
 
 /// How lines are followed.
@@ -68,7 +69,22 @@ pub enum StreamlineError {
     /// See [`Cancelled`].
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// More than memory holds.
+    #[error(
+        "expected streamlines that fit in memory, found that they take more than the {} that are free; ask for fewer, or for \
+         shorter ones",
+        human_bytes(*free_bytes)
+    )]
+    TooLong {
+        /// Bytes that may be taken.
+        free_bytes: u64,
+    },
 }
+
+/// Bytes that a place of a line takes, together with what is made of it: rings of tubes' corners and the triangles between.
+const BYTES_A_PLACE: u64 = 1536;
+/// Places between two looks at the ticket.
+const BETWEEN_LOOKS: usize = 1 << 10;
 
 /// Coefficients of Dormand and Prince (1980), RK5(4)7M: nodes are not needed where nothing depends on
 /// time.
@@ -102,6 +118,19 @@ fn step(at: DVec3, h: f64, velocity: &impl Fn(DVec3) -> Option<DVec3>) -> Option
     }
     let off: DVec3 = E.iter().zip(&k).map(|(e, k)| *k * (*e * h)).sum();
     Some((to, off.length()))
+}
+
+/// Why a line is not followed to its end.
+enum FollowError {
+    Cancelled(Cancelled),
+    /// More places than there may be.
+    Many,
+}
+
+impl From<Cancelled> for FollowError {
+    fn from(cancelled: Cancelled) -> Self {
+        Self::Cancelled(cancelled)
+    }
 }
 
 /// Vectors on a grid, as they are followed.
@@ -182,31 +211,45 @@ impl Flow<'_> {
         if face > 2.0 * NEAR { face - NEAR } else { face + NEAR }
     }
 
-    /// Places of index space from a seed on, without it, and why they end.
-    fn follow(&self, seed: DVec3, way: f64, how: &Following) -> (Vec<DVec3>, End) {
+    /// Places of index space from a seed on, without it, `most` of them, and why they end.
+    ///
+    /// # Errors
+    /// More than that, or cancelled.
+    fn follow(
+        &self,
+        seed: DVec3,
+        way: f64,
+        (how, most): (&Following, usize),
+        ticket: &Ticket,
+    ) -> Result<(Vec<DVec3>, End), FollowError> {
         /// Steps shorter than this end at the border, or nowhere.
         const LEAST_STEP: f64 = 1e-4;
         let velocity = |at: DVec3| self.direction(at, way);
         let (mut at, mut length, mut h) = (seed, 0.0, 0.1 * how.most_step);
         let mut places = Vec::new();
         let mut lengths = Vec::new();
+        let mut looks = Looks::every(ticket, BETWEEN_LOOKS);
         // Each step is tried a few times at most: their number is bound by the length.
         loop {
             let left = how.most_length - length;
             if left <= LEAST_STEP {
-                return (places, End::Length);
+                return Ok((places, End::Length));
             }
-            let Some(direction) = velocity(at) else { return (places, End::Still) };
+            let Some(direction) = velocity(at) else { return Ok((places, End::Still)) };
             h = h.min(left).min(how.most_step);
             let tried = h.min(self.to_face(at, direction));
             match step(at, tried, &velocity) {
                 Some((to, off)) if off <= how.tolerance || tried <= LEAST_STEP => {
                     at = to;
                     length += tried;
+                    if places.len() == most {
+                        return Err(FollowError::Many);
+                    }
                     places.push(at);
                     lengths.push(length);
+                    looks.after(1)?;
                     if winds(&places, &lengths) {
-                        return (places, End::Winding);
+                        return Ok((places, End::Winding));
                     }
                     let next = (0.9 * (how.tolerance / off.max(1e-300)).powf(0.2)).clamp(0.2, 5.0);
                     // A step that ended at a face says nothing against longer ones.
@@ -220,15 +263,15 @@ impl Flow<'_> {
                 None => {
                     let border = self.to_border(at, direction);
                     if self.is_beyond_cells(at + direction * (2.0 * LEAST_STEP)) {
-                        return (places, End::Border);
+                        return Ok((places, End::Border));
                     }
                     if border > 2.0 * LEAST_STEP {
-                        return (places, End::Still);
+                        return Ok((places, End::Still));
                     }
                     if border > 0.0 {
                         places.push(at + direction * border);
                     }
-                    return (places, End::Border);
+                    return Ok((places, End::Border));
                 }
             }
         }
@@ -274,17 +317,33 @@ pub enum Seeds {
 /// have none. The same seeds make the same lines.
 ///
 /// # Errors
-/// [`Cancelled`].
+/// More than fits in memory, or cancelled.
 pub fn streamlines(
     field: &VectorField,
     seeds: &Seeds,
     how: &Following,
     ticket: &Ticket,
 ) -> Result<Vec<Streamline>, StreamlineError> {
+    streamlines_within(field, seeds, how, memory::free_bytes(), ticket)
+}
+
+/// The same where so many bytes are free.
+fn streamlines_within(
+    field: &VectorField,
+    seeds: &Seeds,
+    how: &Following,
+    free_bytes: u64,
+    ticket: &Ticket,
+) -> Result<Vec<Streamline>, StreamlineError> {
     if let Some(cells) = &field.on_cells {
         cells.prepare(ticket)?;
     }
     let map = GridMap::new(&field.places);
+    let mut left = usize::try_from(free_bytes / BYTES_A_PLACE).unwrap_or(usize::MAX);
+    let failed = |error| match error {
+        FollowError::Cancelled(cancelled) => StreamlineError::Cancelled(cancelled),
+        FollowError::Many => StreamlineError::TooLong { free_bytes },
+    };
     let flow = Flow { field, map, least_speed: how.least_speed * field.statistics.max };
     let on_plane = match seeds {
         Seeds::OnPlane { axis, share, count } => {
@@ -304,10 +363,12 @@ pub fn streamlines(
             Seeds::At(points) => flow.map.index_of(points[i]),
         };
         let Some(seed) = seed.filter(|seed| flow.direction(*seed, 1.0).is_some()) else { continue };
-        let (mut places, before) = flow.follow(seed, -1.0, how);
+        let (mut places, before) = flow.follow(seed, -1.0, (how, left), ticket).map_err(failed)?;
+        left = left.saturating_sub(places.len());
         places.reverse();
         places.push(seed);
-        let (ahead, after) = flow.follow(seed, 1.0, how);
+        let (ahead, after) = flow.follow(seed, 1.0, (how, left), ticket).map_err(failed)?;
+        left = left.saturating_sub(ahead.len());
         places.extend(ahead);
         let speeds = places.iter().map(|at| flow.vector(*at).map_or(0.0, DVec3::length)).collect();
         let places = places.into_iter().map(|at| flow.map.world(at)).collect();
@@ -721,6 +782,16 @@ mod tests {
         // As many in each part of the ball as it is large: an eighth within half its radius.
         let near = about.iter().filter(|seed| (**seed - DVec3::Y).length() < 1.0).count();
         assert!((20..=30).contains(&near), "{near} of 200");
+    }
+
+    #[test]
+    fn lines_longer_than_memory_are_refused() {
+        let seeds = Seeds::At(vec![DVec3::X * 5.0]);
+        let how = Following { most_length: 1e12, ..Following::default() };
+        let found = streamlines_within(&rotation(), &seeds, &how, 1 << 20, &Ticket::new());
+        assert_eq!(found, Err(StreamlineError::TooLong { free_bytes: 1 << 20 }));
+        let said = found.map(drop).unwrap_err().to_string();
+        assert!(said.contains("1.0 MB") && said.contains("shorter"), "{said}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 
 use super::{Lattice, VolumeError};
 use crate::cells::Cells;
-use crate::core::parallel;
+use crate::core::{parallel, plain_number};
 
 /// Points that lie this far from a lattice's, in steps of it, lie on it: the digits that texts and
 /// 32-bit floats keep of evenly spaced points leave less.
@@ -180,14 +180,18 @@ fn uneven(found: String) -> VolumeError {
 
 fn check_list(list: &[f64], axis: &str) -> Result<(), VolumeError> {
     if let Some(value) = list.iter().find(|value| !value.is_finite()) {
-        return Err(uneven(format!("{value} along {axis}")));
+        return Err(uneven(format!("{} along {axis}", plain_number(*value))));
     }
     let rises = list.len() < 2 || list[1] > list[0];
     let wrong =
         list.windows(2).find(|pair| if rises { pair[0] >= pair[1] } else { pair[0] <= pair[1] });
     match wrong {
         None => Ok(()),
-        Some(pair) => Err(uneven(format!("{} after {} along {axis}", pair[1], pair[0]))),
+        Some(pair) => Err(uneven(format!(
+            "{} after {} along {axis}",
+            plain_number(pair[1]),
+            plain_number(pair[0])
+        ))),
     }
 }
 

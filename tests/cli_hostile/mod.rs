@@ -59,6 +59,24 @@ fn every_value_that_is_none_is_refused_in_plain_words() {
 }
 
 #[test]
+fn a_value_of_thousands_of_digits_is_quoted_shortly() {
+    let long = "9".repeat(5000);
+    for flag in ["--ambient", "--opacity", "--second-look", "--gouraud-rings"] {
+        let said = refused_value("render", flag, &long);
+        assert!(said.contains("expected ") && said.contains(&long[..60]), "{said}");
+        assert!(!said.contains(&long[..61]) && said.len() < 500, "{said}");
+    }
+    for (flag, value) in [
+        ("--opacity", "1e300:0,1:1"),
+        ("--opacity-by", "view-depth:1e300:1"),
+        ("--gouraud-angles", "x"),
+    ] {
+        let said = refused_value("render", flag, value);
+        assert!(said.contains("expected ") && !said.contains("000000"), "{said}");
+    }
+}
+
+#[test]
 fn a_view_without_numbers_is_refused_by_its_flag() {
     for scale in ["1e308", "1e-308"] {
         let run = voxsplat(&["render", DEMO, "-o", "-", "--parallel-scale", scale]);
@@ -376,6 +394,14 @@ fn where_nothing_can_be_written_there_is_an_exit_code_all_the_same() {
     for arguments in [&["info", DEMO][..], &["info", DEMO, "--json"]] {
         let run = program(arguments).stdout(full()).output().expect("the program starts");
         assert_eq!(fault(&run, 1, &["standard output", "refuses"], None), None, "{arguments:?}");
+    }
+    for asked in ["--help", "--version"] {
+        let run = program(&[asked]).stdout(full()).output().expect("the program starts");
+        assert_eq!(
+            fault(&run, 1, &["the help", "standard output", "refuses"], None),
+            None,
+            "{asked}"
+        );
     }
     for (arguments, code) in [(&["info", "missing.nrrd"][..], 1), (&["info", "demo:nothing"], 2)] {
         let run = program(arguments).stderr(full()).output().expect("the program starts");

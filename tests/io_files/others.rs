@@ -211,6 +211,13 @@ fn what_nifti_headers_leave_open_is_said() {
     assert!(said(&[(254, &[0, 0])]).contains("left and right may be swapped"));
     assert!(said(&[(254, &[0, 0]), (84, &[0; 4])]).contains("axis 1 has no spacing"));
     assert!(said(&[(280, &[0; 48])]).contains("the sform of the header makes no volume"));
+    let float = |v: f32| v.to_le_bytes();
+    let (two, nan, far) = (float(2.0), float(f32::NAN), float(f32::INFINITY));
+    let ignored = "makes no numbers: they are as stored";
+    assert!(said(&[(112, &two), (116, &nan)]).contains(ignored));
+    assert!(said(&[(112, &far)]).contains(ignored));
+    // These say that there is none.
+    assert_eq!(said(&[(112, &nan)]), "");
 }
 
 #[test]
@@ -230,6 +237,10 @@ fn maps_lie_where_their_headers_say() {
     assert_eq!(read_with("map.mrc", &origin).grid.lattice.origin, DVec3::new(7.0, 0.0, 9.0));
     let oblique = read_with("map.mrc", &[(60, &float(120.0))]).grid.lattice.direction.y_axis;
     assert!((oblique - DVec3::new(-0.5, 0.75_f64.sqrt(), 0.0)).length() < 1e-6, "{oblique}");
+    for (angle, is_said) in [(120.0, false), (0.5, true), (f32::NAN, true)] {
+        let warnings = read_with("map.mrc", &[(60, &float(angle))]).warnings.join("\n");
+        assert_eq!(warnings.contains("make no cell: right angles are used"), is_said, "{warnings}");
+    }
     let stack = read_with("map.mrc", &[(88, &long(401)), (36, &long(3))]).grid;
     assert_eq!((stack.fields.len(), stack.lattice.dims), (2, [4, 5, 3]));
     assert_eq!(stack.fields[1].samples.get(0), 300.0);
@@ -362,6 +373,11 @@ fn stacks_of_imagej_and_ome_are_what_their_descriptions_say() {
     let found: Vec<f64> = (0..4).map(|i| large.grid.fields[0].samples.get(i)).collect();
     assert_eq!((found, large.grid.lattice.dims), (vec![1.0, 2.0, 3.0, 256.0], [2, 1, 2]));
     assert_eq!(large.grid.lattice.spacing, DVec3::new(0.25, 0.5, 3.0));
+    // Of a stack that was cut off one page is left.
+    let promise = "ImageJ=1.53t\nimages=9999\nslices=9999\n";
+    let cut = read_tiff(false, &[page(promise, &[1, 2], 8)]);
+    let said = cut.warnings.join("\n");
+    assert!(said.contains("of another number than the 1 that there are"), "{said}");
     let ome = "<OME><Image><Pixels DimensionOrder=\"XYCZT\" SizeX=\"2\" SizeY=\"1\" SizeC=\"2\" \
         SizeZ=\"3\" SizeT=\"1\" PhysicalSizeX=\"2\" PhysicalSizeXUnit=\"nm\" PhysicalSizeY=\"2\"/>\
         </Image></OME>";

@@ -490,6 +490,17 @@ fn what_is_not_stored_of_half_floats_has_their_fill_value() {
 }
 
 #[test]
+fn a_fill_value_that_is_no_number_is_refused() {
+    let array =
+        br#"{"zarr_format": 2, "shape": [2, 4], "chunks": [2, 2], "dtype": "<f4", "order": "C",
+        "fill_value": "seven", "compressor": null, "filters": null}"#;
+    let folder = zarr(&[(".zarray", array), ("0.0", &[0; 16])]);
+    let refused = open(&folder.path().join("v.zarr"), &OpenOptions::default(), &Ticket::new());
+    let said = refused.map(drop).unwrap_err().to_string();
+    assert!(said.contains("a number for fill_value") && said.contains("seven"), "{said}");
+}
+
+#[test]
 fn zarr_shards_may_begin_with_their_index() {
     let array = br#"{"zarr_format": 3, "node_type": "array", "shape": [2, 2], "data_type": "uint8",
         "fill_value": 0, "chunk_key_encoding": {"name": "default"},

@@ -3,6 +3,7 @@
 use super::super::bytes::Endian;
 use super::super::error::{Problem, header, unsupported};
 use super::super::numbers::Numbers;
+use crate::core::plain_number;
 use crate::volume::ScalarType;
 
 /// Bytes that hold any of the headers.
@@ -117,10 +118,10 @@ impl Header {
         let list = |one: usize, two: usize, i: usize| real(one + 4 * i, two + 8 * i);
         let byte = |place: usize| i32::from(start.get(place).copied().unwrap_or_default());
         let offset = if is_two { n.i64(168) as f64 } else { n.f32(108) };
-        if !(offset.is_finite() && offset >= 0.0) {
+        if !(offset.is_finite() && offset >= 0.0 && offset.fract() == 0.0) {
             return Err(header(
-                "an offset of the samples (vox_offset) of 0 or more",
-                offset.to_string(),
+                "an offset of the samples (vox_offset) of whole bytes, 0 or more",
+                plain_number(offset),
                 "correct the header",
             ));
         }

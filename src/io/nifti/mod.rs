@@ -81,6 +81,7 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         memory::require("the volume and its copy", needed.saturating_mul(most), free_bytes)?;
     }
     let lattice = lattice(&header, axes.dims(), &mut warnings);
+    warnings.extend(ignored_scaling(&header));
 
     let data = if header.is_pair { samples_beside(path)? } else { path.to_owned() };
     let (mut stream, most_bytes) = Stream::open(&data)?;
@@ -125,6 +126,16 @@ fn scaling(header: &Header) -> Option<(f64, f64)> {
     let is_told = header.slope != 0.0 && header.slope.is_finite() && header.intercept.is_finite();
     let pair = (header.slope, header.intercept);
     (is_told && pair != (1.0, 0.0) && ![128, 2304].contains(&header.datatype)).then_some(pair)
+}
+
+/// What is said of a scale that is none. A slope of 0 or NaN says that there is none, by the format.
+fn ignored_scaling(header: &Header) -> Option<String> {
+    let Header { slope, intercept, .. } = *header;
+    let means_none = slope == 0.0 || slope.is_nan();
+    let is_none = slope.is_infinite() || !intercept.is_finite();
+    (!means_none && is_none).then(|| {
+        format!("the scale of the values, {slope} times and {intercept} more, makes no numbers: they are as stored")
+    })
 }
 
 /// What the axes are: colours, space, time, then vectors where the header says so.

@@ -52,6 +52,11 @@ impl Pages {
         (told == Some(count)).then_some(pages)
     }
 
+    /// Whether a description is one that tells of pages.
+    pub(super) fn are_told(description: &str) -> bool {
+        description.starts_with("ImageJ=") || description.contains("<OME")
+    }
+
     /// How many pages a description of ImageJ's promises, of which a large file may have the first alone.
     pub(super) fn promised(description: &str) -> Option<usize> {
         let is_imagej = description.starts_with("ImageJ=");
@@ -70,7 +75,7 @@ fn number(description: &str, key: &str) -> Option<usize> {
 fn of_imagej(description: &str) -> Pages {
     let count = |key| number(description, key).unwrap_or(1);
     let (channels, mut slices, frames) = (count("channels"), count("slices"), count("frames"));
-    if channels * slices * frames == 1 {
+    if [channels, slices, frames] == [1; 3] {
         slices = count("images");
     }
     let spacing = value(description, "spacing").and_then(|word| word.parse().ok());
@@ -162,5 +167,13 @@ mod tests {
         assert_eq!(pages.unit.as_deref(), Some("µm"));
         assert_eq!(Pages::of("<OME", 6), None);
         assert_eq!(Pages::of("anything", 6), None);
+        assert!(Pages::are_told("<OME") && !Pages::are_told("anything"));
+    }
+
+    #[test]
+    fn sizes_whose_product_has_no_number_are_of_no_file() {
+        let huge = usize::MAX / 2 + 1;
+        let text = format!("ImageJ=1.0\nchannels={huge}\nslices=2\nframes=2\n");
+        assert_eq!(Pages::of(&text, 1), None);
     }
 }

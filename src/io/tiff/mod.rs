@@ -322,7 +322,15 @@ pub(super) fn read(path: &Path, free_bytes: u64, ticket: &Ticket) -> Result<Open
         warnings
             .push(format!("{others} {noun} of another size or type than the first are left out"));
     }
-    let pages = Pages::of(&description, count).unwrap_or_else(|| Pages::plain(count));
+    let pages = Pages::of(&description, count).unwrap_or_else(|| {
+        if Pages::are_told(&description) {
+            warnings.push(format!(
+                "the description of the pages is none, or of another number than the {count} that there are: these are \
+                 taken for slices"
+            ));
+        }
+        Pages::plain(count)
+    });
     let mut axes = Axes {
         sizes: vec![form.components, form.width, form.height],
         roles: vec![Role::Component, Role::Domain, Role::Domain],

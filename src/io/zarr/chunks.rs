@@ -1,5 +1,6 @@
 //! The numbers of an array, chunk by chunk: found, unpacked, and copied to their place.
 
+use std::io::Read;
 use std::path::Path;
 
 use super::Part;
@@ -8,9 +9,9 @@ use super::metadata::{Array, Packing, Shard};
 use crate::core::memory;
 use crate::core::parallel;
 use crate::core::progress::Ticket;
-use crate::io::bytes;
 use crate::io::error::{Problem, corrupt, quoted};
 use crate::io::scale::converted;
+use crate::io::{bytes, files};
 use crate::volume::Samples;
 use crate::with_samples;
 
@@ -18,6 +19,8 @@ use crate::with_samples;
 const PACKED_MOST: u64 = 4096;
 /// A chunk of more bytes is a damaged number.
 const MOST_CHUNK_BYTES: u64 = 1 << 32;
+/// Memory always holds so many bytes of a chunk.
+const MOST_UNASKED_BYTES: u64 = 1 << 26;
 /// More chunks than this are none that were written.
 const MOST_CHUNKS: u64 = 1 << 26;
 
@@ -117,11 +120,17 @@ fn place_of(index: u64, grid: &[u64]) -> Vec<u64> {
 fn chunk(part: &Part, place: &[u64], chunk_bytes: u64) -> Result<Option<Vec<u8>>, Problem> {
     let array = &part.array;
     let path = part.folder.join(array.names.key(place));
-    let stored = match std::fs::read(&path) {
-        Ok(stored) => stored,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(Problem::Io(error)),
+    let (mut file, len) = match files::open_file(&path) {
+        Ok(opened) => opened,
+        Err(Problem::NotFound) => return Ok(None),
+        Err(problem) => return Err(problem),
     };
+    // What is free is asked of the system, which takes longer than to read a chunk.
+    if len > MOST_UNASKED_BYTES {
+        memory::require("a chunk", len, memory::free_bytes())?;
+    }
+    let mut stored = Vec::new();
+    file.read_to_end(&mut stored).map_err(Problem::Io)?;
     let size = array.scalar_type.size_bytes();
     let result = match &array.packing.shard {
         Some(shard) => of_shard(&stored, shard, array, chunk_bytes, size),

@@ -152,14 +152,18 @@ fn shape_and_chunks(shape: &Value, chunks: &Value) -> Result<(Vec<u64>, Vec<u64>
     Ok((shape, chunks))
 }
 
-/// A number to fill what is not stored with; 0 for what is none.
-fn fill(value: &Value) -> f64 {
+/// A number to fill what is not stored with; 0 where none is told.
+///
+/// # Errors
+/// What is no number.
+fn fill(value: &Value) -> Result<f64, Problem> {
     match value {
-        Value::String(word) if word == "NaN" => f64::NAN,
-        Value::String(word) if word == "Infinity" => f64::INFINITY,
-        Value::String(word) if word == "-Infinity" => f64::NEG_INFINITY,
-        Value::Bool(true) => 1.0,
-        other => other.as_f64().unwrap_or(0.0),
+        Value::String(word) if word == "NaN" => Ok(f64::NAN),
+        Value::String(word) if word == "Infinity" => Ok(f64::INFINITY),
+        Value::String(word) if word == "-Infinity" => Ok(f64::NEG_INFINITY),
+        Value::Bool(is_true) => Ok(f64::from(u8::from(*is_true))),
+        Value::Null => Ok(0.0),
+        other => other.as_f64().ok_or_else(|| wrong("a number for fill_value", other)),
     }
 }
 
@@ -220,7 +224,7 @@ fn of_version_2(found: &Value) -> Result<Array, Problem> {
         chunks,
         scalar_type,
         halves,
-        fill: fill(&found["fill_value"]),
+        fill: fill(&found["fill_value"])?,
         packing: Packing { endian, fortran: found["order"] == "F", codecs, shard: None },
         names: Naming { separator: separator.unwrap_or('.'), has_prefix: false },
         dimensions: Vec::new(),
@@ -244,7 +248,7 @@ fn of_version_3(found: &Value) -> Result<Array, Problem> {
     let is_default = encoding["name"] != "v2";
     let separator = encoding["configuration"]["separator"].as_str().and_then(|s| s.chars().next());
     Ok(Array {
-        fill: fill(&found["fill_value"]),
+        fill: fill(&found["fill_value"])?,
         packing: packing(&found["codecs"], chunks.len())?,
         names: Naming {
             separator: separator.unwrap_or(if is_default { '/' } else { '.' }),

@@ -12,6 +12,7 @@ use self::stencil::Stencil;
 use super::{Kernel, RadialKernel, Separable};
 use crate::core::memory::{self, TooLarge};
 use crate::core::parallel;
+use crate::core::plain_number;
 use crate::core::progress::{Cancelled, Ticket};
 use crate::volume::{Scalar, ScalarVolume};
 use crate::with_samples;
@@ -37,7 +38,7 @@ pub enum CoefficientsError {
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
     /// The kernel is too wide to be summed up at every sample.
-    #[error("expected an extent of at most {most} voxels, found {extent}; choose a smaller extent")]
+    #[error("expected an extent of at most {most} voxels, found {}; choose a smaller extent", plain_number(*extent))]
     #[expect(missing_docs, reason = "the sentence tells")]
     Extent { most: f64, extent: f64 },
 }

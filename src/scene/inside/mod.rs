@@ -19,7 +19,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{Classify, Effect, SplatSettings, Visibility};
-use crate::core::names;
+use crate::core::{names, plain_number, plain_numbers};
 use crate::volume::{ScalarVolume, Statistics};
 
 /// What of a volume is looked into. By default nothing: all of it is seen from outside.
@@ -71,8 +71,9 @@ names!(AlongRay {
 pub enum InsideError {
     /// A box without an inside, or beyond the volume.
     #[error(
-        "expected a clip box that begins before it ends, within the volume, found {low} to {high} along \
-         {axis} (shares of the volume); give places within it, the lesser first"
+        "expected a clip box that begins before it ends, within the volume, found {} to {} along \
+         {axis} (shares of the volume); give places within it, the lesser first",
+        plain_number(*low), plain_number(*high)
     )]
     Box {
         /// x, y or z.
@@ -84,7 +85,8 @@ pub enum InsideError {
     },
     /// A range of projected values that is none.
     #[error(
-        "expected a range of projected values between two different finite ones, found {low} to {high}"
+        "expected a range of projected values between two different finite ones, found {} to {}",
+        plain_number(*low), plain_number(*high)
     )]
     Range {
         /// Where it begins.
@@ -94,8 +96,8 @@ pub enum InsideError {
     },
     /// A plane that faces nowhere.
     #[error(
-        "expected a plane through a finite point with a finite normal other than 0, found {point} and \
-         {normal}"
+        "expected a plane through a finite point with a finite normal other than 0, found {} and {}",
+        plain_numbers(point.to_array()), plain_numbers(normal.to_array())
     )]
     Plane {
         /// A point on it.
@@ -110,7 +112,7 @@ pub enum InsideError {
         found: f64,
     },
     /// An opacity that is none.
-    #[error("expected the opacity of {of} from 0 to 1, found {found}")]
+    #[error("expected the opacity of {of} from 0 to 1, found {}", plain_number(*found))]
     Opacity {
         /// Of what.
         of: &'static str,
@@ -209,14 +211,19 @@ impl Inside {
         let levels = levels.filter(|value| !(min..=max).contains(value)).map(|value| {
             // Kernels that pass through the samples go a little beyond them in between.
             format!(
-                "no sample of the field reaches {value}, where an isosurface is asked for: they go from {min} \
-                 to {max}, and it shows at most where the field between them goes beyond"
+                "no sample of the field reaches {}, where an isosurface is asked for: they go from {} \
+                 to {}, and it shows at most where the field between them goes beyond",
+                plain_number(value),
+                plain_number(min),
+                plain_number(max)
             )
         });
         let is_beside = |slice: &&Slice| slice.is_beside(&volume.lattice);
         let slices = self.slices.iter().filter(is_beside).map(|slice| {
-            let [x, y, z] = slice.plane.point.to_array();
-            format!("the slice through {x}, {y}, {z} (world) lies beside the volume, and shows nothing of it")
+            let point = plain_numbers(slice.plane.point.to_array());
+            format!(
+                "the slice through {point} (world) lies beside the volume, and shows nothing of it"
+            )
         });
         let clear = |(of, opacity): (&str, f64)| {
             (opacity == 0.0)

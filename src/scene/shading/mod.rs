@@ -33,7 +33,7 @@ pub use presets::{ShadingPreset, strong_gradient};
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::core::{Camera, Srgb8, names};
+use crate::core::{Camera, Srgb8, names, plain_number, plain_numbers};
 use crate::scene::{Classify, Effect, Inside, SplatSettings};
 use crate::transfer::{
     Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
@@ -211,7 +211,10 @@ pub enum ShadingError {
         found: f64,
     },
     /// Points out of order.
-    #[error("expected the {table} table sorted by its index, found {after} after {before}")]
+    #[error(
+        "expected the {table} table sorted by its index, found {} after {}",
+        plain_number(*after), plain_number(*before)
+    )]
     Unsorted {
         /// Which table.
         table: &'static str,
@@ -221,7 +224,7 @@ pub enum ShadingError {
         after: f64,
     },
     /// A share that is none.
-    #[error("expected {of} from 0 to {most}, found {found}")]
+    #[error("expected {of} from 0 to {most}, found {}", plain_number(*found))]
     Share {
         /// Amounts of a table, ambient, diffuse, specular.
         of: &'static str,
@@ -237,7 +240,10 @@ pub enum ShadingError {
         found: usize,
     },
     /// A light from nowhere.
-    #[error("expected a light's direction of finite length other than 0, found {found}")]
+    #[error(
+        "expected a light's direction of finite length other than 0, found {}",
+        plain_numbers(found.to_array())
+    )]
     Direction {
         /// The offending vector.
         found: DVec3,

@@ -10,7 +10,7 @@ use crate::core::{Cancelled, Ticket};
 use crate::io::vrbf::{self, Precision};
 use crate::io::{Encoded, Ended, Source};
 use crate::rbf::{
-    Encoding, Errors, Goal, Points, Step, encode, extend, four_digits, resume, reweighted,
+    Encoding, Errors, Goal, Points, Step, encode, extend, few_digits, resume, reweighted,
 };
 
 /// Where the goal is not reached, rounding may make errors so many times as large.
@@ -347,6 +347,6 @@ fn described(source: &Source) -> String {
 
 /// `between (0, 0, 0) and (19, 19, 19)`, the corners of a box.
 fn between([low, high]: [DVec3; 2]) -> String {
-    let corner = |at: DVec3| at.to_array().map(|v| four_digits(v).to_string()).join(", ");
+    let corner = |at: DVec3| at.to_array().map(few_digits).join(", ");
     format!("between ({}) and ({})", corner(low), corner(high))
 }

@@ -502,8 +502,9 @@ fn lattice(shape: &Shape, dims: [usize; 3]) -> Lattice {
         count.is_some_and(|count| count <= most as u64)
     };
     let mut coarser = 1.0;
-    while !fits(sizes(coarser)) && coarser < 1e12 {
-        coarser *= 1.01;
+    // Infinitely coarse there are as many as the grid has, which fit; coordinates next to each other are far from it.
+    while !fits(sizes(coarser)) {
+        coarser *= if coarser < 1e12 { 1.01 } else { 2.0 };
     }
     let sizes = sizes(coarser);
     let mut lattice = Lattice { origin: low, spacing: outline.spacing, ..Lattice::unit(sizes) };

@@ -106,6 +106,15 @@ fn a_lattice_is_never_of_more_than_four_times_the_samples() {
 }
 
 /// A quarter of a thick shell: radius 1 to 2, both angles up to a right one.
+#[test]
+fn coordinates_next_to_each_other_cost_no_more_samples_than_others() {
+    let close = [0.0, 1e-300, 1.0];
+    let (dims, shape) = rectilinear(&close, &close, &close);
+    let of = lattice(&shape, dims);
+    assert!(of.len() <= 1 << 15, "{:?}", of.dims);
+    assert!(of.dims.iter().all(|n| *n >= 3), "{:?}", of.dims);
+}
+
 fn shell(dims: [usize; 3]) -> Arc<[DVec3]> {
     let last = DVec3::from(dims.map(|n| (n - 1) as f64));
     (0..dims.iter().product())
