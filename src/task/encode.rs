@@ -8,8 +8,6 @@ use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use glam::DVec3;
-
 use self::judge::Judge;
 use crate::core::memory::{self, TooLarge};
 use crate::core::{Cancelled, Ticket, plain_number};
@@ -200,8 +198,7 @@ pub fn encode_field(
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
     let range = (high - low).max(0.0);
     let of_range = |wanted: Option<Wanted>| wanted.map(|wanted| wanted.of_range(range));
-    let own_places = points.positions();
-    let is_there = where_it_is((grid, field, &samples), own_places, &lattice, ticket)?;
+    let is_there = where_it_is((grid, field, &samples), &lattice, ticket)?;
     let most = asked.bytes.map_or(u64::MAX, |bytes| bytes / PARTS_OF_COVER);
     let most = most.min(COVER_BYTES);
     let cover = Cover::of(lattice.dims, &is_there, most as usize);
@@ -269,11 +266,9 @@ pub fn encode_field(
     Ok(Encoded { overshoot, between, ended, ..fitted })
 }
 
-/// Whether a field has values about each sample of a lattice; of none where it has some at all. `own` are the places of its own
-/// samples that are finite, world: each has values about it, also where the lattice's next sample lies just outside of its cells.
+/// Whether a field has values at each sample of a lattice; of none where it has some at all.
 fn where_it_is(
     (grid, field, samples): (&Grid, &Field, &Samples),
-    own: &[DVec3],
     lattice: &Lattice,
     ticket: &Ticket,
 ) -> Result<Vec<bool>, FieldError> {
@@ -282,13 +277,7 @@ fn where_it_is(
     if is_whole {
         return Ok(Vec::new());
     }
-    let mut is_there = grid.has_values((field, samples), lattice, ticket)?;
-    let [nx, ny, _] = lattice.dims;
-    for at in own {
-        let [x, y, z] = lattice.nearest(*at);
-        is_there[(z * ny + y) * nx + x] = true;
-    }
-    Ok(is_there)
+    Ok(grid.has_values((field, samples), lattice, ticket)?)
 }
 
 /// What a fit is to reach, with the functions that a file of the bytes asked for has room for.
