@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::drawer::Drawer;
 use super::modes;
-use crate::scene::{Scene, SplatSettings};
+use crate::scene::{Classify, Inside, Scene, SplatSettings};
 use crate::task::engine::{Picture, SecondPicture, SecondRequest};
 
 /// The amplifications of a difference on offer are 1, 2, 4 … 2 to this power.
@@ -65,14 +65,19 @@ impl Default for Compare {
 
 impl Compare {
     /// Shows or hides the comparison. A second mode that is the first one says nothing: it becomes
-    /// another preset.
-    pub fn toggle(&mut self, first: &SplatSettings) {
+    /// another preset. Nor does one that cannot show what lies `inside`, where nobody chose it.
+    pub fn toggle(&mut self, first: &SplatSettings, inside: &Inside) {
         self.on = !self.on;
         self.edits_second = false;
+        let exact = SplatSettings::EXACT;
         if self.on && modes::same_mode(&self.second, first) {
-            let exact = SplatSettings::EXACT;
             let is_exact = modes::same_mode(first, &exact);
             self.second = if is_exact { SplatSettings::SHADE_FIRST } else { exact };
+        }
+        // Two modes of which only one shows what is cut or laid into the volume show two scenes.
+        let is_untouched = modes::same_mode(&self.second, &SplatSettings::SHADE_FIRST);
+        if self.on && is_untouched && !inside.is_plain() && Inside::is_shown_by(first) {
+            self.second = SplatSettings { classify: Classify::After, ..exact };
         }
     }
 
@@ -147,11 +152,26 @@ mod tests {
     fn a_comparison_never_begins_with_a_mode_beside_itself() {
         for first in [SplatSettings::EXACT, SplatSettings::SHADE_FIRST] {
             let mut compare = Compare { second: first, ..Compare::default() };
-            compare.toggle(&first);
+            compare.toggle(&first, &Inside::default());
             assert!(compare.on && !modes::same_mode(&compare.second, &first));
-            compare.toggle(&first);
+            compare.toggle(&first, &Inside::default());
             assert!(!compare.on);
         }
+    }
+
+    #[test]
+    fn what_is_cut_is_cut_in_both_modes_unless_another_was_chosen() {
+        let mut cut = Inside::default();
+        cut.clip.bounds = Some(crate::scene::ClipBox { low: [0.5; 3], high: [1.0; 3] });
+        let toggled = |second: SplatSettings| {
+            let mut compare = Compare { second, ..Compare::default() };
+            compare.toggle(&SplatSettings::EXACT, &cut);
+            compare.second
+        };
+        assert!(Inside::is_shown_by(&toggled(SplatSettings::SHADE_FIRST)));
+        assert!(!Inside::is_shown_by(&SplatSettings::SHADE_FIRST), "which shows nothing of it");
+        let chosen = SplatSettings { slabs_per_voxel: 4.0, ..SplatSettings::EXACT };
+        assert_eq!(toggled(chosen), chosen);
     }
 
     #[test]

@@ -326,7 +326,7 @@ impl Window {
         let compare = &mut self.compare;
         let name = (SPLATS, modes::section(&scene.splat));
         titled_section_ui(ui, sections, name, |ui| {
-            compare::compare_ui(ui, compare, &mut scene.splat);
+            compare::compare_ui(ui, compare, &mut scene.splat, &scene.inside);
             let volume = scene.volume().map(Arc::clone);
             let is_offered = move |kernel| volume.as_ref().is_some_and(|v| offers(v, kernel));
             let slabs = document.first_look.splat.slabs_per_voxel;

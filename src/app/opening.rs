@@ -326,8 +326,8 @@ impl Window {
                 }
                 if !loading.others.is_empty() {
                     self.notices.note(format!(
-                        "One volume is open at a time; under File, Open recent: {}. Add labels… shows a segmentation over \
-                         the volume, Add polygons… the surface of a file of cells",
+                        "Only one volume can be open. Not opened: {} (see File, Open recent). To lay a segmentation over \
+                         the volume, choose Add labels…",
                         loading.others.join(", ")
                     ));
                 }

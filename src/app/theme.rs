@@ -22,8 +22,8 @@ pub const TEXT_FAINT: Color32 = Color32::from_rgb(139, 147, 160);
 pub const ACCENT: Color32 = Color32::from_rgb(110, 176, 200);
 /// Something went wrong.
 pub const ERROR: Color32 = Color32::from_rgb(233, 136, 120);
-/// Something to know.
-pub const NOTE: Color32 = Color32::from_rgb(150, 196, 160);
+/// Something to know: amber, as what did not happen is often said in it.
+pub const NOTE: Color32 = Color32::from_rgb(222, 184, 112);
 /// The bars of the histogram.
 pub const HISTOGRAM: Color32 = Color32::from_rgb(66, 75, 89);
 

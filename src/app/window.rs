@@ -443,16 +443,18 @@ impl Window {
 
     fn toggle_compare(&mut self) {
         let Some(scene) = &self.scene else { return };
-        self.compare.toggle(&scene.splat);
+        self.compare.toggle(&scene.splat, &scene.inside);
         if self.compare.on {
-            self.tell_of_judging("Modes are compared as they are: refining beyond that waits");
+            self.tell_of_judging(
+                "While two modes are compared, pictures are not refined any further",
+            );
         }
     }
 
     fn toggle_accuracy(&mut self) {
         self.accuracy.open = !self.accuracy.open;
         if self.accuracy.open {
-            self.tell_of_judging("Modes are measured as they are: refining beyond that waits");
+            self.tell_of_judging("While modes are measured, pictures are not refined any further");
         }
     }
 

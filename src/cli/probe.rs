@@ -206,7 +206,7 @@ fn nowhere(volume: &ScalarVolume, [x, y, z]: [f64; 3]) -> String {
     format!(
         "expected a place with a value with --point, in a box of the world coordinates {words}, found {}, \
          where there is none; choose another",
-        plain_numbers([x, y, z])
+        plain_numbers([x, y, z]).replace(' ', "")
     )
 }
 

@@ -350,7 +350,8 @@ fn what_is_typed_is_one_step_and_fields_undo_their_own_text() {
         bench.harness.event(Event::Text(digit.to_owned()));
         bench.harness.run_steps(40);
     }
-    assert_eq!(function(&bench).colour.range()[1], 600.0);
+    // Of a number only all of it says which one it is.
+    assert!(seen(&bench) == before, "still typing");
     // The field's own: what was chosen before stays.
     for _ in 0..3 {
         undo(&mut bench);

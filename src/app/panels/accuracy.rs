@@ -320,15 +320,15 @@ fn record_ui(ui: &mut Ui, record: &EstimateRecord) {
 /// The record in one line.
 fn record_words(record: &EstimateRecord) -> String {
     match (record.count, record.spread_db()) {
-        (0, _) => {
-            "Estimates of quick pictures: none checked against its finished picture yet".to_owned()
+        (0, _) => "What quick pictures said of their errors: none checked yet".to_owned(),
+        (1, _) | (_, None) => {
+            format!(
+                "What quick pictures said of their errors: 1 checked, {}",
+                off_words(record.mean_db)
+            )
         }
-        (1, _) | (_, None) => format!(
-            "Estimates of quick pictures: the one checked against its finished picture was {}",
-            off_words(record.mean_db)
-        ),
         (count, Some(spread)) => format!(
-            "Estimates of quick pictures: {count} checked, {} on average, ± {spread:.1} dB",
+            "What quick pictures said of their errors: {count} checked, {} ± {spread:.1} dB",
             off_words(record.mean_db)
         ),
     }
@@ -338,8 +338,8 @@ fn record_words(record: &EstimateRecord) -> String {
 fn off_words(db: f64) -> String {
     match db {
         _ if db.abs() < 0.05 => "right".to_owned(),
-        _ if db > 0.0 => format!("{db:.1} dB above what was found"),
-        _ => format!("{:.1} dB below what was found", -db),
+        _ if db > 0.0 => format!("{db:.1} dB too good"),
+        _ => format!("{:.1} dB too bad", -db),
     }
 }
 
@@ -412,16 +412,15 @@ mod tests {
         let mut record = EstimateRecord::default();
         assert_eq!(
             record_words(&record),
-            "Estimates of quick pictures: none checked against its finished picture yet"
+            "What quick pictures said of their errors: none checked yet"
         );
         record.add(-0.01);
-        let one =
-            "Estimates of quick pictures: the one checked against its finished picture was right";
+        let one = "What quick pictures said of their errors: 1 checked, right";
         assert_eq!(record_words(&record), one);
         record.add(3.0);
         assert_eq!(
             record_words(&record),
-            "Estimates of quick pictures: 2 checked, 1.5 dB above what was found on average, ± 2.1 dB"
+            "What quick pictures said of their errors: 2 checked, 1.5 dB too good ± 2.1 dB"
         );
     }
 }

@@ -5,10 +5,10 @@ use eframe::egui::{Slider, Ui};
 use super::{row_ui, slider_ui};
 use crate::app::compare::{Compare, Display, MOST_DOUBLINGS};
 use crate::app::words;
-use crate::scene::SplatSettings;
+use crate::scene::{Inside, SplatSettings};
 
 /// The rows under the presets while two modes are compared; `first` is the scene's mode.
-pub fn compare_ui(ui: &mut Ui, compare: &mut Compare, first: &mut SplatSettings) {
+pub fn compare_ui(ui: &mut Ui, compare: &mut Compare, first: &mut SplatSettings, inside: &Inside) {
     let mut on = compare.on;
     ui.horizontal(|ui| {
         ui.checkbox(&mut on, "Compare two modes").on_hover_text(
@@ -16,7 +16,7 @@ pub fn compare_ui(ui: &mut Ui, compare: &mut Compare, first: &mut SplatSettings)
         );
     });
     if on != compare.on {
-        compare.toggle(first);
+        compare.toggle(first, inside);
     }
     if !compare.on {
         return;

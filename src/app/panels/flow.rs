@@ -71,9 +71,8 @@ fn seeds_ui(
                 ui.selectable_value(&mut choice.place, place, words(place));
             }
         });
-        let help = "Where the lines begin: at vectors of all parts of the field, the more the longer these are, evenly on a \
-                    plane of the grid, evenly between two points of the world, or at such a point and within a step of \
-                    the grid about it";
+        let help = "Where the lines begin: all over the field, and more of them where vectors are long; or evenly on a plane of the \
+                    grid; or evenly between two points of the world; or about one such point";
         shown.response.accessible_name("Seeded").on_hover_text(help);
     });
     if choice.place == SeedPlace::Vectors {

@@ -111,7 +111,9 @@ pub fn add_isosurface(scene: &mut Scene) {
     }
     let new = Isosurface::first(&transfer, &volume.statistics);
     scene.inside.isosurfaces.push(new);
-    if scene.little_seen_of_isosurface(&new).is_some_and(|seen| seen <= NEXT_TO_NOTHING) {
+    let is_hidden =
+        scene.little_seen_of_isosurface(&new).is_some_and(|seen| seen <= NEXT_TO_NOTHING);
+    if is_hidden || scene.is_opaque_body() {
         scene.fade(true);
     }
 }
@@ -142,7 +144,7 @@ pub fn add_slice(scene: &mut Scene) {
     let ClipBox { low, high } = box_of_what_shows(&volume, &transfer);
     let new = Slice::across(lattice, axis, (low[axis] + high[axis]) / 2.0, 1.0);
     slices.push(new);
-    if scene.little_seen_of_slice(&new).is_some() {
+    if scene.little_seen_of_slice(&new).is_some() || scene.is_opaque_body() {
         scene.fade(true);
     }
 }
@@ -241,7 +243,7 @@ fn isosurface_ui(
         let name = format!("{name} value");
         let slider = typed::slider(ui, &name, &mut iso.value, statistics.min..=statistics.max);
         slider_ui(ui, &name, true, slider)
-            .on_hover_text("The value that is passed on it, in the data's units");
+            .on_hover_text("The value at which the surface lies, in the data's units");
     });
     opacity_ui(ui, &name, &mut iso.opacity, HIDES);
     row_ui(ui, "", |ui| {

@@ -89,9 +89,10 @@ pub(super) fn range_ui(
     };
     row_ui(ui, &label, |ui| {
         let number_width = numbers.width(ui);
-        let number = |ui: &mut Ui, share: &mut f64, name: String| {
-            let (mut shown, [least, most]) = numbers.shown(*share);
-            let speed = (most - least) / 400.0;
+        let number = |ui: &mut Ui, share: &mut f64, name: String, [from, to]: [f64; 2]| {
+            let (mut shown, [low, high]) = numbers.shown(*share);
+            let [least, most] = [from, to].map(|share| numbers.shown(share).0);
+            let speed = (high - low) / 400.0;
             let drag = typed::number(ui, &name, &mut shown, least..=most).speed(speed);
             let drag = drag.custom_formatter(|shown, _| numbers.words(shown));
             let response = wide_number_ui(ui, &name, number_width, drag.suffix(numbers.suffix()));
@@ -99,7 +100,7 @@ pub(super) fn range_ui(
                 *share = numbers.share(shown);
             }
         };
-        number(ui, low, format!("{name} from"));
+        number(ui, low, format!("{name} from"), [0.0, *high - least]);
         *low = low.clamp(0.0, 1.0 - least);
         *high = high.max(*low + least);
         let spacing = ui.spacing().item_spacing.x;
@@ -107,7 +108,7 @@ pub(super) fn range_ui(
         let size = vec2(width, ui.spacing().interact_size.y);
         let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
         track_ui(ui, name, rect, [&mut *low, &mut *high], least);
-        number(ui, high, format!("{name} to"));
+        number(ui, high, format!("{name} to"), [*low + least, 1.0]);
         *high = high.clamp(least, 1.0);
         *low = low.min(*high - least);
     });

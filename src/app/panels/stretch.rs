@@ -12,25 +12,27 @@ pub fn stretch(transfer: &mut TransferFunction, gaussians: &mut [Gaussian], to: 
         return;
     }
     let width = from[1] / 2.0 - from[0] / 2.0;
-    let moved = |value: f64| {
-        let fraction = (value / 2.0 - from[0] / 2.0) / width;
+    let between = |value: f64, from: [f64; 2], to: [f64; 2]| {
+        let fraction = (value / 2.0 - from[0] / 2.0) / (from[1] / 2.0 - from[0] / 2.0);
         to[0] * (1.0 - fraction) + to[1] * fraction
     };
+    let moved = |value: f64| between(value, from, to);
+    // A range that is reversed turns the colours round, and leaves opaque what was opaque.
+    let upward = |[a, b]: [f64; 2]| [a.min(b), a.max(b)];
+    let shifted = |value: f64| between(value, upward(from), upward(to));
     if width != 0.0 {
         let factor = ((to[1] / 2.0 - to[0] / 2.0) / width).abs();
         let bells: Vec<_> = gaussians
             .iter()
-            .map(|g| Gaussian { centre: moved(g.centre), width: g.width * factor, ..*g })
+            .map(|g| Gaussian { centre: shifted(g.centre), width: g.width * factor, ..*g })
             .collect();
         if bells.iter().any(|bell| bell.validate().is_err()) {
             return;
         }
         gaussians.copy_from_slice(&bells);
         for point in &mut transfer.opacity {
-            point.0 = moved(point.0);
+            point.0 = shifted(point.0);
         }
-        // A reversed range reverses the order.
-        transfer.opacity.sort_by(|a, b| a.0.total_cmp(&b.0));
         if !gaussians.is_empty() {
             transfer.opacity = points_of(gaussians);
         }
@@ -71,10 +73,12 @@ mod tests {
     }
 
     #[test]
-    fn a_reversed_range_keeps_the_opacities_sorted() {
+    fn a_reversed_range_turns_the_colours_round_and_no_opacities() {
         let mut t = transfer();
         stretch(&mut t, &mut [], [100.0, 0.0]);
-        assert_eq!(t.opacity, [(0.0, 1.0), (75.0, 0.5), (100.0, 0.0)]);
+        assert_eq!((&t.opacity, t.colour.range()), (&transfer().opacity, [100.0, 0.0]));
+        stretch(&mut t, &mut [], [500.0, 400.0]);
+        assert_eq!(t.opacity, [(400.0, 0.0), (425.0, 0.5), (500.0, 1.0)]);
     }
 
     #[test]

@@ -289,17 +289,23 @@ fn error_words(shown: &Shown) -> String {
         return "Not estimated: this picture is on the way to the full one".to_owned();
     }
     let level = level_words(mode, measured.as_ref(), report);
-    let Some(refined) = doubled else { return level };
-    let change = refined.convergence.last_difference.map_or_else(String::new, change_words);
-    let slabs = slabs_words(report, refined.convergence.slabs_per_voxel);
-    match refined.convergence.is_reached() {
+    let Some(doubled) = doubled else { return level };
+    let change = doubled.convergence.last_difference.map_or_else(String::new, change_words);
+    let slabs = slabs_words(report, doubled.convergence.slabs_per_voxel);
+    match doubled.convergence.is_reached() {
         true => format!(
             "With {slabs} instead of half as many the pixel that changed most changed by {change} of full brightness, so it \
              counts as converged: less than half a step of a display (0.2 %). {level}"
         ),
-        false => format!(
-            "Still being refined: with {slabs} instead of half as many some pixel changed by {change} of full brightness. {level}"
-        ),
+        false => {
+            let state = match doubled.left_ms > 0.0 {
+                true => "Still being refined",
+                false => "Not refined to the end",
+            };
+            format!(
+                "{state}: with {slabs} instead of half as many some pixel changed by {change} of full brightness. {level}"
+            )
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! From values to opacity and colour: presets, the graph with its editors, the colours, the range.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
@@ -118,6 +119,10 @@ pub fn transfer_ui(
         gaussians.clear();
         editor.let_go();
     }
+    if !scene.shading.regions.is_empty() {
+        note_ui(ui, "Regions say what is opaque now: the curve counts again once all are removed");
+    }
+    let transfer = scene.transfer_mut()?;
     tools_ui(ui, editor, transfer, gaussians, statistics);
     graph_ui(ui, editor, transfer, gaussians, statistics);
     if !gaussians.is_empty() {
@@ -276,10 +281,16 @@ fn point_ui(
     editor.selected = editor.selected.min(transfer.opacity.len().saturating_sub(1));
     let index = editor.selected;
     let Some(&(mut value, mut opacity)) = transfer.opacity.get(index) else { return };
+    // A point stays between its neighbours.
+    let beside = |index: Option<usize>, end: f32| {
+        let point = index.and_then(|index| transfer.opacity.get(index));
+        point.map_or(f64::from(end), |point| point.0)
+    };
+    let range = beside(index.checked_sub(1), f32::MIN)..=beside(Some(index + 1), f32::MAX);
     row_ui(ui, "Point", |ui| {
         // Long numbers leave room for the buttons.
         ui.spacing_mut().item_spacing.x = 4.0;
-        let value_response = value_ui(ui, "Point value", &mut value, statistics)
+        let value_response = value_within_ui(ui, "Point value", &mut value, range, statistics)
             .on_hover_text("The value at which the selected point lies, in the data's own units");
         let opacity_response = opacity_ui(ui, "Point opacity", &mut opacity)
             .on_hover_text(
@@ -361,10 +372,21 @@ pub(super) fn value_ui(
     value: &mut f64,
     statistics: &Statistics,
 ) -> Response {
+    let most = f64::from(f32::MAX);
+    value_within_ui(ui, name, value, -most..=most, statistics)
+}
+
+/// The same within a range.
+fn value_within_ui(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut f64,
+    range: RangeInclusive<f64>,
+    statistics: &Statistics,
+) -> Response {
     let width = statistics.max / 2.0 - statistics.min / 2.0;
     let speed = if width > 0.0 { width / 150.0 } else { 0.01 };
-    let most = f64::from(f32::MAX);
-    let drag = typed::number(ui, name, value, -most..=most).speed(speed);
+    let drag = typed::number(ui, name, value, range).speed(speed);
     number_ui(ui, name, drag.custom_formatter(|v, _| words::value(v)))
 }
 
@@ -440,7 +462,10 @@ fn range_ui(
         name_ui(ui, "to");
         let high = value_ui(ui, "Range high", high, statistics).on_hover_text(help);
         if low.changed() || high.changed() {
-            stretch(transfer, gaussians, range);
+            match range[0] == range[1] && statistics.min < statistics.max {
+                true => typed::say(ui.ctx(), "A range has two ends that differ: nothing changed"),
+                false => stretch(transfer, gaussians, range),
+            }
         }
     });
     let [first, last] = transfer.colour.range();

@@ -55,12 +55,16 @@ pub(super) fn parser<N: Numeric, F: Fn(&str) -> Option<f64>>(
         // What stands there may be rounded over its end, and was not typed then: to two digits at least.
         let is_rounded = (typed - now).abs() <= now.abs() / 50.0;
         if !is_rounded {
-            let said = refusal(&name, typed, [least, most]);
-            ctx.data_mut(|data| data.insert_temp(id(), said));
-            ctx.request_repaint();
+            say(&ctx, &refusal(&name, typed, [least, most]));
         }
         None
     }
+}
+
+/// Has the window say why what was typed changes nothing.
+pub(super) fn say(ctx: &Context, why: &str) {
+    ctx.data_mut(|data| data.insert_temp(id(), why.to_owned()));
+    ctx.request_repaint();
 }
 
 /// What was typed last that a field does not take: once, in a sentence.
@@ -75,10 +79,12 @@ fn id() -> Id {
 fn refusal(name: &str, typed: f64, [least, most]: [f64; 2]) -> String {
     let typed = words::value(typed);
     let (low, high) = (words::value(least), words::value(most));
-    match (least > -f64::MAX, most < f64::MAX) {
-        (true, true) => format!("{name} goes from {low} to {high}: {typed} changes nothing"),
-        (true, false) => format!("{name} is {low} or more: {typed} changes nothing"),
-        _ => format!("{name} is {high} or less: {typed} changes nothing"),
+    // Ends that only the numbers themselves have are not told.
+    let most_told = f64::from(f32::MAX);
+    match (least > -most_told, most < most_told) {
+        (true, false) => format!("{name} takes {low} or more: {typed} changes nothing"),
+        (false, true) => format!("{name} takes {high} or less: {typed} changes nothing"),
+        _ => format!("{name} takes {low} to {high}: {typed} changes nothing"),
     }
 }
 
@@ -112,12 +118,12 @@ mod tests {
         let said = |text: &str| Some(text.to_owned());
         assert_eq!(typed("75", 99.5, 51.0..=100.0), (Some(75.0), None));
         let found = typed("200", 99.5, 51.0..=100.0);
-        let words = "High percentile goes from 51 to 100: 200 changes nothing";
+        let words = "High percentile takes 51 to 100: 200 changes nothing";
         assert_eq!(found, (None, said(words)));
         let found = typed("\u{2212}1", 0.0, 0.0..=f64::MAX);
-        assert_eq!(found, (None, said("High percentile is 0 or more: -1 changes nothing")));
+        assert_eq!(found, (None, said("High percentile takes 0 or more: -1 changes nothing")));
         let found = typed("1e99", 0.0, f64::MIN..=1e30);
-        assert_eq!(found, (None, said("High percentile is 1e30 or less: 1e99 changes nothing")));
+        assert_eq!(found, (None, said("High percentile takes 1e30 or less: 1e99 changes nothing")));
         assert_eq!(typed("99 percent", 99.5, 51.0..=100.0), (None, None), "no number");
         assert_eq!(typed("nan", 99.5, 51.0..=100.0), (None, None));
         assert_eq!(typed("1 000.5", 0.0, 0.0..=1e4), (Some(1000.5), None));

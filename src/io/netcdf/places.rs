@@ -149,7 +149,7 @@ pub(super) fn lists(axes: &[Axis], warnings: &mut Vec<String>) -> [Arc<[f64]>; 3
                 let rises = n < 2 || values[1] > values[0];
                 let is_upward = rises != z.is_downward;
                 warnings.push(format!(
-                    "{} ({} to {} {}) has other units than {} ({}): its {n} entries are drawn {step} \
+                    "{} ({} to {} {}) has other units than {} ({}): its {n} entries are drawn {} \
                      apart, the {} on top",
                     z.name,
                     values[0],
@@ -157,6 +157,7 @@ pub(super) fn lists(axes: &[Axis], warnings: &mut Vec<String>) -> [Arc<[f64]>; 3
                     z.units,
                     x.name,
                     x.units,
+                    (step * 1e4).round() / 1e4,
                     if z.is_downward { "least" } else { "greatest" }
                 ));
                 (0..n).map(|k| step * (if is_upward { k } else { n - 1 - k }) as f64).collect()

@@ -21,6 +21,8 @@ const MOST_STEPS: f64 = 128.0;
 const OPAQUE: f64 = 5.0;
 /// What is left of opacities where the field is faded: a hundred voxels of matter hide a fifth of what is behind.
 pub(in crate::scene) const FADED: f64 = 0.002;
+/// The least opacity, over the edge of a cell, of a mesh that is a body rather than a cloud.
+const OPAQUE_BODY: f64 = 0.5;
 /// The least opacity of a field that can be faded.
 const LEAST_TO_FADE: f64 = 0.01;
 
@@ -65,6 +67,14 @@ impl Scene {
     pub fn can_fade(&self) -> bool {
         let most = self.transfer().map_or(0.0, TransferFunction::most_opacity);
         !self.inside.is_faded && most > LEAST_TO_FADE
+    }
+
+    /// Whether it is a mesh whose cells nobody sees into: what lies within it, and in its own colours, is not told from it. Walls of
+    /// cells are often thinner than the steps of the other ways to tell.
+    pub fn is_opaque_body(&self) -> bool {
+        let is_of_cells = self.volume().is_some_and(|volume| volume.cells.is_some());
+        let most = self.transfer().map_or(0.0, TransferFunction::most_opacity);
+        is_of_cells && self.shows_field() && !self.inside.is_faded && most >= OPAQUE_BODY
     }
 
     /// Draws the field with a small part of its opacities, so that what lies in it is seen, or with all of them.
@@ -227,6 +237,24 @@ mod tests {
             ColourSource::Map { map: ColourMap::Viridis, range: [0.0, 1.0] },
         );
         scene
+    }
+
+    #[test]
+    fn a_mesh_is_a_body_as_long_as_its_cells_are_opaque_and_it_is_not_faded() {
+        let mesh = crate::volume::demo::open("demo:mesh:6", None).expect("a demo");
+        let field = mesh.field(None).expect("a field");
+        let ticket = crate::core::Ticket::new();
+        let volume = mesh.scalar(field, crate::volume::Component::Index(0), &ticket).expect("room");
+        let mut body = opening(SampleSource::default(), Arc::new(volume), None);
+        let opacities = |scene: &mut Scene, most: f64| {
+            let transfer = scene.transfer_mut().expect("a field");
+            transfer.opacity = vec![(0.0, most)];
+            scene.is_opaque_body()
+        };
+        assert!(opacities(&mut body, 0.9) && !opacities(&mut body, 0.1));
+        assert!(!opacities(&mut scene(0.9), 0.9), "a volume of samples is looked through");
+        body.fade(true);
+        assert!(!opacities(&mut body, 0.9), "it was faded already");
     }
 
     #[test]
