@@ -411,7 +411,11 @@ impl Worker {
         }
         // Before it, so that nobody sees the cells of the picture before over this one.
         self.publish_drawn_cells(request);
-        self.publish(picture);
+        self.publish(Arc::clone(&picture));
+        // Nobody waits for it once a view rests.
+        if rung == Rung::Full && matches!(request.effort, Effort::Rest { .. }) {
+            self.estimator.see(&plan, picture.size, &picture.rgba);
+        }
         Ok(drawn.wall_ms)
     }
 
