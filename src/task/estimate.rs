@@ -65,7 +65,7 @@ impl Estimator {
     /// than it is shown.
     ///
     /// Of a smaller picture in slabs what it is of was measured, and what leaving out pixels costs is held to the finished picture
-    /// that was seen before it ([`Self::see`]): no gain is applied to that. What gains are learnt from is farther off.
+    /// that was seen before it (`see`): no gain is applied to that. What gains are learnt from is farther off.
     pub fn rmse(&self, plan: &Plan, coarseness: Coarseness, shrink: f64) -> f64 {
         match self.held_to_seen(plan, coarseness, shrink) {
             Some(held) => held.first_rmse(plan.mode.classify, shrink).max(held.least_rmse()),

@@ -284,9 +284,11 @@ pub(super) mod tests {
         let full = picture([320, 240], [320, 240], rings);
         let losses = Losses::of(full.size, &full.rgba);
         assert_eq!(losses.of_steps.len(), 4, "five or more leave too few: {losses:?}");
-        for (step, within) in [(2, 1e-9), (3, 1e-9), (5, 0.1), (7, 0.25)] {
-            let (told, is) =
-                (losses.rmse(f64::from(step)), detail_rmse(full.size, &full.rgba, step as usize));
+        for (step, within) in [(2_u8, 1e-9), (3, 1e-9), (5, 0.1), (7, 0.25)] {
+            let (told, is) = (
+                losses.rmse(f64::from(step)),
+                detail_rmse(full.size, &full.rgba, usize::from(step)),
+            );
             let told = told.unwrap();
             assert!((told / is - 1.0).abs() < within, "{step}: {told} {is}");
         }
