@@ -14,7 +14,7 @@ use voxsplat::scene::{
     self, Classify, Lighting, SampleSource, Scene, Slice, SplatSettings, Visibility,
 };
 use voxsplat::task::engine::{Choice, Effort, Engine, EngineChoice, FrameRequest, Ladder, Picture};
-use voxsplat::task::estimate::Checked;
+use voxsplat::task::estimate::{self, Checked};
 use voxsplat::task::remaining::WITHIN_DB;
 use voxsplat::task::still::{Refine, Still, StillRequest};
 use voxsplat::volume::{Component, demo};
@@ -133,13 +133,25 @@ const EFFECTS: [Change; 4] = [
 /// Samples of the largest scan that is looked at.
 const MOST_SAMPLES: u64 = 1 << 17;
 
+/// What a hand does: pixels of its pictures, radians by which it turns a view, and a third of that upwards, and milliseconds that a
+/// picture may take.
+#[derive(Debug, Clone, Copy)]
+struct Hand {
+    size: [u32; 2],
+    turn: f64,
+    budget_ms: f64,
+}
+
+/// The hand that is looked at always.
+const HAND: Hand = Hand { size: SIZE, turn: 0.15, budget_ms: 0.0 };
+
 /// The picture of a hand that turns a view a little once it has come to rest, and what it was thought to be off by and was;
 /// nothing where the time allows the finished one.
 fn moved(
     engine: &Engine,
     wakes: &mpsc::Receiver<()>,
     scene: &Scene,
-    budget_ms: f64,
+    Hand { size, turn, budget_ms }: Hand,
 ) -> Option<(Arc<Picture>, Checked)> {
     let next = || loop {
         wakes.recv_timeout(Duration::from_secs(60)).unwrap();
@@ -150,12 +162,12 @@ fn moved(
     let ladder = Ladder::Octree;
     let rest = Effort::Rest { budget_ms, ladder, show_partial: false, converge_ms: 0.0 };
     let request = |scene: &Scene, effort| {
-        engine.request(FrameRequest { scene: scene.clone(), size: SIZE, effort });
+        engine.request(FrameRequest { scene: scene.clone(), size, effort });
     };
     request(scene, rest);
     while next().report.remaining_rmse.is_none() {}
     let mut turned = scene.clone();
-    turned.camera = turned.camera.orbited(0.15, 0.05);
+    turned.camera = turned.camera.orbited(turn, turn / 3.0);
     request(&turned, Effort::Moving { budget_ms });
     let quick = loop {
         let picture = next();
@@ -170,7 +182,10 @@ fn moved(
             break picture;
         }
     };
-    Some((quick, full.report.checked?))
+    // Not what the last of several pictures on the way up was checked to be.
+    let estimated_rmse = quick.report.estimated_rmse?;
+    let measured_rmse = estimate::shown_rmse(&quick, &full).unwrap();
+    Some((quick, Checked { estimated_rmse, measured_rmse }))
 }
 
 /// Of files, views and effects; of finished pictures, and of quick ones.
@@ -241,7 +256,7 @@ fn pictures_of_scans_are_off_by_what_they_say() {
                 judge(2, "the same, measured", measured.estimated_rmse.unwrap(), found);
             }
             if let Some((picture, Checked { estimated_rmse, measured_rmse })) =
-                moved(&engine, &wakes, &scene, 0.2 * full_ms)
+                moved(&engine, &wakes, &scene, Hand { budget_ms: 0.2 * full_ms, ..HAND })
             {
                 let of = format!("moving, {:?}", picture.report.level);
                 judge(3, &of, estimated_rmse, measured_rmse);
@@ -249,9 +264,11 @@ fn pictures_of_scans_are_off_by_what_they_say() {
         }
     }
     println!("measured: {right:?} of {pictures:?} within {WITHIN_DB} dB");
-    // Measured over the scans of up to 2²⁰ samples: 91 of 92, 84 of 84, 23 of 23; and of a moving hand's own, which are thought of
-    // by the view before, 75 to 81 of 84 to 87: less than the 95 % that are asked of the others.
-    for kind in 0..3 {
+    // Measured over the scans of up to 2²⁰ samples: 91 of 92, 84 of 84, 23 of 23; and of a moving hand's own, while these were thought
+    // of by themselves and a gain, 75 to 81 of 84 to 87. What the view before tells of them beside that would have been right, in
+    // pictures of 64 × 48 pixels, in 60 of 60 (0.15 rad; 51 by a gain), 53 of 56 (0.4 rad; 48) and 9 of 9 (1.2 rad; 9), and in 8 of 8
+    // of 64 × 48 for 320 × 240 (0.15 rad; 6): worked out from what was written down of them, on a machine that was busy.
+    for kind in 0..4 {
         let [right, pictures] = [right[kind], pictures[kind]];
         // Of twelve one may be wrong: times decide what is drawn. Alone all were right, beside a build 11.
         assert!(
@@ -259,5 +276,46 @@ fn pictures_of_scans_are_off_by_what_they_say() {
             "{right} of {pictures}: {wrong:#?}"
         );
     }
-    assert!(f64::from(right[3]) >= 0.75 * f64::from(pictures[3]), "{wrong:#?}");
+}
+
+/// Samples of the largest scan that is looked at where a hand turns farther, and in larger pictures.
+const MOST_SAMPLES_WIDELY: u64 = 1 << 20;
+
+/// The last of these with other turns, sizes and times: budgets that a busy machine affords small pictures for, and a quick one larger ones.
+#[test]
+#[ignore = "takes minutes: for whoever changes what is thought of quick pictures"]
+fn pictures_of_hands_are_off_by_what_they_say() {
+    let hands = [
+        Hand { budget_ms: 0.25, ..HAND },
+        Hand { budget_ms: 1.0, ..HAND },
+        Hand { budget_ms: 2.0, ..HAND },
+        Hand { turn: 0.05, budget_ms: 0.5, ..HAND },
+        Hand { turn: 0.4, budget_ms: 0.5, ..HAND },
+        Hand { turn: 1.2, budget_ms: 1.0, ..HAND },
+        Hand { size: [320, 240], turn: 0.15, budget_ms: 4.0 },
+        Hand { size: [320, 240], turn: 0.4, budget_ms: 2.0 },
+    ];
+    let scans = pack::scans(MOST_SAMPLES_WIDELY);
+    for hand in hands {
+        let (sender, wakes) = mpsc::channel();
+        let choice = Choice::from(EngineChoice::Native);
+        let engine = Engine::start(choice, move || sender.send(()).unwrap_or_default());
+        let (mut right, mut pictures) = (0, 0);
+        for (name, opened) in &scans {
+            for (n, (effect, by)) in EFFECTS.into_iter().enumerate() {
+                let mut scene = opened.clone();
+                scene.camera = scene.camera.orbited(0.7 * n as f64, 0.2);
+                by(&mut scene);
+                let Some((picture, checked)) = moved(&engine, &wakes, &scene, hand) else {
+                    continue;
+                };
+                let level = picture.report.level;
+                let off = checked.off_db().unwrap_or(0.0);
+                println!("measured {name}, {effect}, {level:?}: off by {off:.1} dB, {checked:?}");
+                pictures += 1;
+                right += u32::from(off.abs() <= WITHIN_DB);
+            }
+        }
+        println!("measured {hand:?}: {right} of {pictures} within {WITHIN_DB} dB");
+    }
 }

@@ -411,7 +411,12 @@ impl Worker {
         }
         // Before it, so that nobody sees the cells of the picture before over this one.
         self.publish_drawn_cells(request);
-        self.publish(picture);
+        self.publish(Arc::clone(&picture));
+        // Nobody waits for it while a view rests.
+        let is_at_rest = matches!(request.effort, Effort::Rest { .. }) && !self.newer_came();
+        if rung == Rung::Full && is_at_rest {
+            self.estimator.see(&plan, picture.size, &picture.rgba);
+        }
         Ok(drawn.wall_ms)
     }
 
