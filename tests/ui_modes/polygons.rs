@@ -168,7 +168,7 @@ fn a_mesh_that_the_window_starts_with_is_embedded_in_the_volume() {
     assert_eq!(bench.window().document().expect("open").source.name(), "good.nrrd");
     let said: Vec<&str> =
         bench.window().notices().shown().iter().map(|notice| notice.text.as_str()).collect();
-    let is_told = said.iter().any(|text| text.contains("Open recent: other.nrrd"));
+    let is_told = said.iter().any(|text| text.contains("Not opened: other.nrrd"));
     let is_hidden = said.iter().any(|text| text.starts_with("The volume hides"));
     assert!(said.len() == 2 && is_told && is_hidden, "{said:?}");
     let bench = start("bad.nrrd");
