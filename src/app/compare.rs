@@ -65,7 +65,7 @@ impl Default for Compare {
 
 impl Compare {
     /// Shows or hides the comparison. A second mode that is the first one says nothing: it becomes
-    /// another preset. Nor does one that cannot show what lies `inside`, where nobody chose it.
+    /// another preset. One that cannot show what lies `inside` is replaced, too, unless somebody chose it.
     pub fn toggle(&mut self, first: &SplatSettings, inside: &Inside) {
         self.on = !self.on;
         self.edits_second = false;

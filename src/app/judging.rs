@@ -46,7 +46,7 @@ impl Window {
             Kernel::Functions => SplatSettings::FUNCTIONS,
             _ => first_look.unwrap_or_default(),
         };
-        // Its mode's point says it better, once there is one: two levels of one picture would be a riddle.
+        // Once the mode on screen has a point of its own, that tells its level: a line at another level would contradict it.
         let is_plain =
             self.finished_picture().is_some_and(|picture| picture.report.refined.is_none());
         let is_measured =

@@ -282,11 +282,12 @@ fn point_ui(
     let index = editor.selected;
     let Some(&(mut value, mut opacity)) = transfer.opacity.get(index) else { return };
     // A point stays between its neighbours.
-    let beside = |index: Option<usize>, end: f32| {
+    let most = greatest_value(statistics);
+    let beside = |index: Option<usize>, end: f64| {
         let point = index.and_then(|index| transfer.opacity.get(index));
-        point.map_or(f64::from(end), |point| point.0)
+        point.map_or(end, |point| point.0)
     };
-    let range = beside(index.checked_sub(1), f32::MIN)..=beside(Some(index + 1), f32::MAX);
+    let range = beside(index.checked_sub(1), -most)..=beside(Some(index + 1), most);
     row_ui(ui, "Point", |ui| {
         // Long numbers leave room for the buttons.
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -365,14 +366,19 @@ pub(super) fn steps_ui(ui: &mut Ui, chosen: &mut usize, last: usize, one: &str) 
     }
 }
 
-/// A value in the data's own units, as far as samples can hold it.
+/// How far values may lie from 0: as far as numbers of 32 bits go, or as the data do.
+fn greatest_value(statistics: &Statistics) -> f64 {
+    f64::from(f32::MAX).max(-statistics.min).max(statistics.max)
+}
+
+/// A value in the data's own units.
 pub(super) fn value_ui(
     ui: &mut Ui,
     name: &str,
     value: &mut f64,
     statistics: &Statistics,
 ) -> Response {
-    let most = f64::from(f32::MAX);
+    let most = greatest_value(statistics);
     value_within_ui(ui, name, value, -most..=most, statistics)
 }
 

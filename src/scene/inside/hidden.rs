@@ -74,7 +74,7 @@ impl Scene {
     pub fn is_opaque_body(&self) -> bool {
         let is_of_cells = self.volume().is_some_and(|volume| volume.cells.is_some());
         let most = self.transfer().map_or(0.0, TransferFunction::most_opacity);
-        is_of_cells && self.shows_field() && !self.inside.is_faded && most >= OPAQUE_BODY
+        is_of_cells && self.shows_surfaces() && !self.inside.is_faded && most >= OPAQUE_BODY
     }
 
     /// Draws the field with a small part of its opacities, so that what lies in it is seen, or with all of them.
@@ -82,15 +82,19 @@ impl Scene {
         self.inside.is_faded = is_faded;
     }
 
+    /// Whether slices and isosurfaces are drawn among the field.
+    fn shows_surfaces(&self) -> bool {
+        self.shows_field()
+            && self.inside.along == AlongRay::Composite
+            && Inside::is_shown_by(&self.splat)
+    }
+
     fn little_seen(&self, places: impl Fn(&Matter<'_>) -> Vec<DVec3>) -> Option<f64> {
         let (volume, transfer) = self.volume().zip(self.drawn_transfer())?;
         let shading = &self.shading;
         let is_by_value =
             shading.opacity.is_none() && shading.modulation.is_none() && shading.regions.is_empty();
-        let shows_them = self.shows_field()
-            && self.inside.along == AlongRay::Composite
-            && Inside::is_shown_by(&self.splat);
-        if !is_by_value || !shows_them {
+        if !is_by_value || !self.shows_surfaces() {
             return None;
         }
         let kept = self.inside.clip.half_spaces(&volume.lattice);
@@ -253,6 +257,9 @@ mod tests {
         };
         assert!(opacities(&mut body, 0.9) && !opacities(&mut body, 0.1));
         assert!(!opacities(&mut scene(0.9), 0.9), "a volume of samples is looked through");
+        body.inside.along = AlongRay::Maximum;
+        assert!(!opacities(&mut body, 0.9), "nothing of a slice is shown");
+        body.inside.along = AlongRay::Composite;
         body.fade(true);
         assert!(!opacities(&mut body, 0.9), "it was faded already");
     }
