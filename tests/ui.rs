@@ -192,6 +192,7 @@ fn every_shortcut_does_what_it_says() {
             Action::OpenFolder | Action::RawLayout | Action::EmbedPolygons | Action::AddLabels => {
                 unreachable!("it has no key")
             }
+            Action::Find => assert!(bench.shows("What is looked for")),
             Action::SavePicture => assert!(bench.shows("Width in pixels")),
             Action::SaveScreenshot => {
                 let path = bench.pictures.path().join("good_1.png");

@@ -60,6 +60,7 @@ pub enum Action {
     ToggleEffects,
     ToggleCompare,
     ToggleDifference,
+    Find,
     ToggleHelp,
     About,
 }
@@ -142,7 +143,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 54] = [
+pub const ACTIONS: [Entry; 55] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -466,6 +467,13 @@ pub const ACTIONS: [Entry; 54] = [
         "Show how far two compared modes are apart, amplified, instead of both side by side",
     ),
     entry(
+        Action::Find,
+        Menu::Help,
+        "Find…",
+        command(Key::F),
+        "Find a command or a setting by its name, or by what other programs call it",
+    ),
+    entry(
         Action::ToggleHelp,
         Menu::Help,
         "Keys and mouse",
@@ -580,6 +588,7 @@ mod tests {
                     | Action::SavePicture
                     | Action::LoadTransfer
                     | Action::SaveTransfer
+                    | Action::Find
             );
             assert_eq!(asks_for_more, opens_dialog, "{}", e.name);
         }

@@ -17,9 +17,9 @@ use super::notices::text_and_button_ui;
 use super::panels::data::DataChoice;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    CLIP, INSIDE, POLYGONS, SPLATS, Sections, VECTORS, accuracy, clip, compare, data, encoding,
-    inside, polygons, section_ui, shading, splat, status, titled_section_ui, transfer, vectors,
-    view,
+    CLIP, DATA, FUNCTIONS, INSIDE, POLYGONS, SHADING, SPLATS, Sections, TRANSFER, VECTORS, VIEW,
+    accuracy, clip, compare, data, encoding, inside, polygons, section_ui, shading, splat, status,
+    titled_section_ui, transfer, vectors, view,
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
@@ -37,8 +37,8 @@ const BESIDE_LEAST: f32 = 200.0;
 pub(super) const NO_SIDE_ROOM: &str = "The window is too narrow for the side panel: make it wider";
 /// Height that the accuracy panel leaves over itself at least, points.
 const ABOVE_LEAST: f32 = 60.0;
-/// Room that the side panel's button in the menus asks for, points.
-const SIDE_BUTTON: f32 = 90.0;
+/// Room that the buttons beside the menus ask for, points.
+const SIDE_BUTTON: f32 = 150.0;
 /// Width of the side panel before anyone resizes it, points.
 const SIDE_WIDTH: f32 = 336.0;
 /// Side of the square that menus have for a tick, points.
@@ -114,6 +114,10 @@ impl Window {
                 return;
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let find = entry_of(Action::Find);
+                if ui.button(find.name).on_hover_text(hint(ui.ctx(), find)).clicked() {
+                    chosen = Some(Action::Find);
+                }
                 let side = entry_of(Action::ToggleSidePanel);
                 let has_room = has_side_room(ui.ctx());
                 let button = Button::selectable(self.settings.side_panel && has_room, side.name);
@@ -276,7 +280,7 @@ impl Window {
         let space = document.grid.space.as_deref();
         inside::rendering_ui(ui, scene, &document.first_look.transfer.colour);
         ui.add_space(4.0);
-        let choice = section_ui(ui, sections, "Data", |ui| {
+        let choice = section_ui(ui, sections, DATA, |ui| {
             let choice = data::data_ui(ui, document);
             data::drawn_as_ui(ui, &document.volume, &mut scene.splat);
             let showed = scene.shows_field();
@@ -299,7 +303,7 @@ impl Window {
                 .inner
             })
         });
-        let action = section_ui(ui, sections, "Transfer function", |ui| {
+        let action = section_ui(ui, sections, TRANSFER, |ui| {
             if document.surface.is_some() && !scene.shows_field() {
                 let text = "The transfer function is for its points as a volume, which Data can draw; the colours of what is seen are under Polygons and labels";
                 inside::note_ui(ui, text);
@@ -310,7 +314,7 @@ impl Window {
             let names = document.label_names();
             transfer::transfer_ui(ui, editor, scene, bells, (|_: &Statistics| default, &names))
         });
-        section_ui(ui, sections, "Shading", |ui| {
+        section_ui(ui, sections, SHADING, |ui| {
             let second = self.compare.on.then_some(&self.compare.second);
             shading::shading_ui(ui, &mut self.shading, scene, second);
         });
@@ -341,7 +345,7 @@ impl Window {
                 splat::splat_ui(ui, &mut scene.splat, of_field);
             }
         });
-        let encoding_request = section_ui(ui, sections, "Basis functions", |ui| {
+        let encoding_request = section_ui(ui, sections, FUNCTIONS, |ui| {
             let running = self.encoding.as_ref();
             let has_clip_box = scene.inside.clip.bounds.is_some();
             let choice = (&mut self.encode_choice, has_clip_box);
@@ -350,7 +354,7 @@ impl Window {
             splat::limits_ui(ui, second.unwrap_or(&mut scene.splat));
             encoding::encoding_ui(ui, document, choice, running)
         });
-        section_ui(ui, sections, "View", |ui| {
+        section_ui(ui, sections, VIEW, |ui| {
             let (settings, cells) = (&mut self.settings, &mut self.cells);
             let told = view::Told::of(document);
             view::view_ui(ui, (scene, told), settings, cells, &self.left_out);

@@ -20,6 +20,7 @@ pub mod encoding;
 mod exchanging;
 mod field_colours;
 pub mod file_dialog;
+mod finding;
 mod first_hint;
 pub mod flow;
 pub mod history;

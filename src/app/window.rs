@@ -15,6 +15,7 @@ use super::cells::CellsOverlay;
 use super::clip_box::BoxHandles;
 use super::compare::{Compare, Display};
 use super::dialogs::Outcome;
+use super::dialogs::find::Find;
 use super::dialogs::named_file::{NamedFileDialog, Purpose};
 use super::dialogs::open_path::OpenPath;
 use super::dialogs::raw::RawDialog;
@@ -95,6 +96,7 @@ pub(super) enum Dialog {
     Raw(Box<RawDialog>),
     Save(Box<SaveDialog>),
     NamedFile(Box<NamedFileDialog>),
+    Find(Find),
     Help,
     About,
 }
@@ -363,6 +365,7 @@ impl Window {
                     Display::Difference => Display::Split,
                 };
             }
+            Action::Find => self.dialog = Some(Dialog::Find(Find::default())),
             Action::ToggleHelp => {
                 let shown = matches!(self.dialog, Some(Dialog::Help));
                 self.dialog = (!shown).then_some(Dialog::Help);
@@ -482,7 +485,7 @@ impl Window {
     }
 
     /// Opens a section of the side panel, and has it scrolled into sight.
-    fn show_section(&mut self, ctx: &Context, name: &'static str) {
+    pub(super) fn show_section(&mut self, ctx: &Context, name: &'static str) {
         self.settings.sections.insert(name.to_owned(), true);
         panels::seek(ctx, name);
     }
@@ -622,6 +625,14 @@ impl Window {
                 let engine = self.parts.drawer.adapter_name();
                 !super::dialogs::about::about_ui(ctx, engine.as_deref())
             }
+            Dialog::Find(find) => match find.show(ctx, &self.findables(ctx)) {
+                Outcome::Done(found) => {
+                    self.go_to(ctx, found);
+                    // What was found may ask for more.
+                    return;
+                }
+                outcome => outcome == Outcome::Open,
+            },
             Dialog::OpenPath(open_path) => match open_path.show(ctx) {
                 Outcome::Done(Source::File(path)) => {
                     self.open_any(ctx, path);

@@ -18,6 +18,8 @@ use crate::scene::{Lighting, OpacityModel, PolygonLayer, View};
 
 /// Where the samples of a pixel are, from its upper left.
 const SAMPLES: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+/// The same in eighths of a pixel.
+const EIGHTHS: [[i32; 2]; 4] = [[3, 1], [7, 3], [1, 5], [5, 7]];
 /// How far beside their places samples may be met, pixels.
 const ROUNDING: f64 = 0.01;
 /// What is nearer to the eye than this share of its distance to the focal plane is left out.
@@ -29,6 +31,8 @@ const LEAST_THROUGH: f32 = 1e-9;
 /// Triangles between two looks at the ticket, and the parts of these that threads share.
 const A_RUN: usize = 1 << 12;
 const RUNS: usize = 8;
+/// Corners that a triangle may share with those before it are looked for among so many.
+const LOOKED_BACK: usize = 20;
 /// Pixels of a tile.
 const PIXELS: usize = (TILE * TILE) as usize;
 
@@ -36,12 +40,14 @@ const PIXELS: usize = (TILE * TILE) as usize;
 #[derive(Debug)]
 pub(super) struct Polygons {
     made_of: MadeOf,
-    /// The same of the layers as they lie in the world: kept, as every view begins with them.
-    placed: Arc<[Placed]>,
+    /// The layers as they lie in the world: kept, as every view begins with them.
+    placed: Arc<Placed>,
+    /// Those that may be seen.
     triangles: Vec<Triangle>,
     /// The box about each: most that lie in a cell are not in a tile, or hidden.
     boxes: Vec<Box3>,
     cells: Cells,
+    eye: Eye,
     lights: Vec<(DVec3, DVec3)>,
 }
 
@@ -57,13 +63,34 @@ struct MadeOf {
     hides: bool,
 }
 
-/// A triangle of a layer, from the origin of its mesh.
-#[derive(Debug, Clone, Copy)]
+/// The triangles of layers in the world, one layer after the other. Neighbours share most corners, and what a view asks of a corner it
+/// asks once.
+#[derive(Debug, Default)]
 struct Placed {
-    corners: [Vec3; 3],
+    /// Corners, from the origin of their mesh.
+    places: Vec<Vec3>,
+    /// Where the places of each layer end.
+    ends: Vec<usize>,
+    /// Three places a triangle.
+    triangles: Vec<[u32; 3]>,
+    looks: Vec<Painted>,
+}
+
+/// What a triangle looks like at its corners.
+#[derive(Debug, Clone, Copy)]
+struct Painted {
     normals: [[f32; 3]; 3],
     colours: [Srgb8; 3],
     layer: u32,
+}
+
+/// A corner in view space.
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    /// To the right, up, and how deep beyond the frame's centre, pixels.
+    at: DVec3,
+    /// Where it is on the picture, from the middle, pixels; anywhere for one behind the eye.
+    on_picture: DVec2,
 }
 
 /// A triangle in view space. Lengths are in pixels.
@@ -71,9 +98,9 @@ struct Placed {
 struct Triangle {
     /// To the right, up, and how deep beyond the frame's centre.
     corners: [DVec3; 3],
-    normals: [[f32; 3]; 3],
-    colours: [Srgb8; 3],
     opacity: f32,
+    /// Which of those in the world it is.
+    number: u32,
 }
 
 /// From where to where a triangle reaches to the right of the picture's middle, and up, and where it is nearest, pixels.
@@ -170,55 +197,62 @@ impl Polygons {
         let placed = match polygons {
             Some(old) if old.made_of == made_of => return Ok(()),
             Some(old) if old.made_of.layers == made_of.layers => Arc::clone(&old.placed),
-            _ => placed(&made_of.layers, ticket)?.into(),
+            _ => Placed::of(&made_of.layers, ticket)?.into(),
         };
         let (view, camera) = (&made_of.view, &made_of.camera);
+        let eye = Eye::of(view);
         let centre = plan.frame.lattice.centre();
         let rotation = camera.view_from_world_rotation();
         let beside = view.view_centre.truncate().extend(0.0);
-        let of_layer: Vec<_> = (made_of.layers.iter())
-            .map(|layer| (layer.mesh.origin() - centre, layer.look.opacity as f32))
-            .collect();
-        let seen = |Placed { corners, normals, colours, layer }: &Placed| {
-            let (from_centre, opacity) = of_layer[*layer as usize];
-            let seen = |corner: &Vec3| {
-                rotation * (corner.as_dvec3() + from_centre) * view.pixels_per_unit + beside
-            };
-            let corners = [seen(&corners[0]), seen(&corners[1]), seen(&corners[2])];
-            let (around, span) = bounds(corners, view)?;
-            Some((
-                Triangle { corners, normals: *normals, colours: *colours, opacity },
-                around,
-                span,
-            ))
+        let layers = &made_of.layers;
+        let origins: Vec<DVec3> = layers.iter().map(|layer| layer.mesh.origin() - centre).collect();
+        let corner = |place: Vec3, origin: DVec3| {
+            let at = rotation * (place.as_dvec3() + origin) * view.pixels_per_unit + beside;
+            Corner { at, on_picture: at.truncate() / eye.scale(at.z) }
         };
-        let runs = placed.len().div_ceil(A_RUN / RUNS);
-        let run = |run: usize| -> Vec<_> {
-            let end = placed.len().min((run + 1) * (A_RUN / RUNS));
-            placed[run * (A_RUN / RUNS)..end].iter().filter_map(seen).collect()
-        };
-        let runs = mapped(runs, RUNS, run, ticket)?;
-        let count = runs.iter().map(Vec::len).sum();
-        let mut triangles = Vec::with_capacity(count);
-        let (mut boxes, mut spans) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        for run in runs {
-            for (triangle, around, span) in run {
-                triangles.push(triangle);
-                boxes.push(around);
-                spans.push(span);
-            }
+        let corners = in_runs(placed.places.len(), ticket, |run| {
+            let mut layer = 0;
+            let corners = run.map(|i| {
+                while i >= placed.ends[layer] {
+                    layer += 1;
+                }
+                corner(placed.places[i], origins[layer])
+            });
+            corners.collect()
+        })?;
+        let seen = in_runs(placed.triangles.len(), ticket, |run| {
+            let seen = run.filter_map(|number| {
+                let of = placed.triangles[number].map(|i| corners[i as usize]);
+                let (around, span) = bounds(&of, &eye, view.size)?;
+                Some((number as u32, of.map(|corner| corner.at), around, span))
+            });
+            seen.collect()
+        })?;
+        drop(corners);
+        let mut triangles = Vec::with_capacity(seen.len());
+        let (mut boxes, mut spans) =
+            (Vec::with_capacity(seen.len()), Vec::with_capacity(seen.len()));
+        for (number, corners, around, span) in seen {
+            let layer = &layers[placed.looks[number as usize].layer as usize];
+            triangles.push(Triangle { corners, opacity: layer.look.opacity as f32, number });
+            boxes.push(around);
+            spans.push(span);
         }
         let cells = Cells::new(view.size, &spans, ticket)?;
         let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
         let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
         let lights = lights.collect();
-        *polygons = Some(Self { cells, placed, triangles, boxes, lights, made_of });
+        *polygons = Some(Self { cells, eye, placed, triangles, boxes, lights, made_of });
         Ok(())
     }
 
     /// Bytes of memory.
     pub(super) fn size_bytes(&self) -> u64 {
-        let placed = size_of_val(&self.placed[..]);
+        let Placed { places, ends, triangles, looks } = &*self.placed;
+        let placed = size_of_val(&places[..])
+            + size_of_val(&ends[..])
+            + size_of_val(&triangles[..])
+            + size_of_val(&looks[..]);
         let triangles = size_of_val(&self.triangles[..]) + size_of_val(&self.boxes[..]);
         (placed + triangles) as u64 + self.cells.size_bytes()
     }
@@ -281,7 +315,6 @@ impl Polygons {
         corner: [u32; 2],
         (list, mut nearest): (&mut Vec<Met>, Option<&mut [[f32; SAMPLES.len()]; PIXELS]>),
     ) {
-        let view = &self.made_of.view;
         let upper_left = self.upper_left(corner);
         let side = TILE as usize;
         let around = &self.boxes[number as usize];
@@ -294,13 +327,10 @@ impl Polygons {
             }
         }
         let triangle = &self.triangles[number as usize];
-        let Some(seen) = Seen::new(triangle, view) else { return };
+        let Some(seen) = Seen::new(triangle, &self.eye) else { return };
         for pixel in rows.flat_map(|y| columns.clone().map(move |x| y * side + x)) {
             let at = upper_left + place_in_tile(pixel);
-            let mut samples = 0;
-            for (bit, [right, down]) in SAMPLES.into_iter().enumerate() {
-                samples |= u8::from(seen.covers(at + DVec2::new(right, -down))) << bit;
-            }
+            let samples = seen.covers(at);
             if samples != 0 {
                 let (depth, shares) = seen.place(at + DVec2::new(0.5, -0.5));
                 if let Some(nearest) = nearest.as_mut().map(|all| &mut all[pixel]) {
@@ -330,9 +360,10 @@ impl Polygons {
         let MadeOf { view, camera, lighting, .. } = &self.made_of;
         let sum =
             |of: &dyn Fn(usize) -> DVec3| -> DVec3 { (0..3).map(|i| of(i) * shares[i]).sum() };
-        let normal = sum(&|i| DVec3::from(triangle.normals[i].map(f64::from)));
+        let Painted { normals, colours, .. } = &self.placed.looks[triangle.number as usize];
+        let normal = sum(&|i| DVec3::from(normals[i].map(f64::from)));
         let normal = normal.normalize_or_zero();
-        let albedo = sum(&|i| DVec3::from(triangle.colours[i].to_linear().0));
+        let albedo = sum(&|i| DVec3::from(colours[i].to_linear().0));
         let mut along = camera.direction;
         if let Some(eye) = view.eye_distance {
             along += (camera.right() * screen.x + camera.up * screen.y) / eye;
@@ -353,20 +384,53 @@ impl Polygons {
     }
 }
 
-/// The triangles of layers, one layer after the other.
-fn placed(layers: &[PolygonLayer], ticket: &Ticket) -> Result<Vec<Placed>, Cancelled> {
-    let mut placed = Vec::new();
-    for (layer, number) in layers.iter().zip(0_u32..) {
-        for (triangle, colours) in layer.triangles() {
-            if placed.len().is_multiple_of(A_RUN) {
-                look(ticket)?;
+/// What is made of so many things, in their order, by threads that share them.
+fn in_runs<T: Send>(
+    count: usize,
+    ticket: &Ticket,
+    of: impl Fn(Range<usize>) -> Vec<T> + Sync,
+) -> Result<Vec<T>, Cancelled> {
+    const A_PART: usize = A_RUN / RUNS;
+    let run = |i: usize| of(i * A_PART..count.min((i + 1) * A_PART));
+    let runs = mapped(count.div_ceil(A_PART), RUNS, run, ticket)?;
+    let mut all = Vec::with_capacity(runs.iter().map(Vec::len).sum());
+    runs.into_iter().for_each(|mut run| all.append(&mut run));
+    Ok(all)
+}
+
+impl Placed {
+    fn of(layers: &[PolygonLayer], ticket: &Ticket) -> Result<Self, Cancelled> {
+        let mut placed = Self::default();
+        for (layer, number) in layers.iter().zip(0_u32..) {
+            let begin = placed.places.len();
+            for (triangle, colours) in layer.triangles() {
+                if placed.triangles.len().is_multiple_of(A_RUN) {
+                    look(ticket)?;
+                }
+                let corners = triangle.corners.map(|corner| placed.place(corner, begin));
+                placed.triangles.push(corners);
+                let normals = triangle.normals.map(|normal| normal.to_array());
+                placed.looks.push(Painted { normals, colours, layer: number });
             }
-            let normals = triangle.normals.map(|normal| normal.to_array());
-            placed.push(Placed { corners: triangle.corners, normals, colours, layer: number });
+            placed.ends.push(placed.places.len());
         }
+        placed.places.shrink_to_fit();
+        placed.triangles.shrink_to_fit();
+        placed.looks.shrink_to_fit();
+        Ok(placed)
     }
-    placed.shrink_to_fit();
-    Ok(placed)
+
+    /// The number of a place of the layer that begins at `begin`: that of one of the last triangles' corners, or a new one.
+    fn place(&mut self, place: Vec3, begin: usize) -> u32 {
+        let bits = |place: Vec3| place.to_array().map(f32::to_bits);
+        let recent = self.places.len().saturating_sub(LOOKED_BACK).max(begin);
+        let known = self.places[recent..].iter().rposition(|other| bits(*other) == bits(place));
+        let number = known.map_or(self.places.len(), |i| recent + i);
+        if known.is_none() {
+            self.places.push(place);
+        }
+        number as u32
+    }
 }
 
 /// The upper left corner of a pixel of a tile, to the right and up from the tile's own.
@@ -402,66 +466,66 @@ fn leave_out_hidden(list: &mut Vec<Met>) {
 
 /// The box about a triangle in view space, and the cells that it may touch; `None` where it lies between all samples, as most do
 /// of a mesh that is fine beside the pixels, or behind the eye.
-fn bounds(corners: [DVec3; 3], view: &View) -> Option<(Box3, Span)> {
-    let depths = Depths::of(corners, view)?;
-    let [right, up] = depths.around(corners);
-    let half = view.size.map(|n| f64::from(n) / 2.0);
+fn bounds([a, b, c]: &[Corner; 3], eye: &Eye, size: [u32; 2]) -> Option<(Box3, Span)> {
+    let near = a.at.z.min(b.at.z).min(c.at.z);
+    let [right, up] = match near >= eye.nearest {
+        true => {
+            let low = a.on_picture.min(b.on_picture).min(c.on_picture);
+            let high = a.on_picture.max(b.on_picture).max(c.on_picture);
+            [[low.x, high.x], [low.y, high.y]]
+        }
+        // Without ends where a corner lies behind the eye.
+        false if [a, b, c].iter().any(|corner| corner.at.z >= eye.nearest) => {
+            [[f64::NEG_INFINITY, f64::INFINITY]; 2]
+        }
+        false => return None,
+    };
+    let half = size.map(|n| f64::from(n) / 2.0);
     if !has_sample([right.map(|x| x + half[0]), [half[1] - up[1], half[1] - up[0]]]) {
         return None;
     }
     // Samples lie up to half a pixel beside its centre.
     let columns = [right[0] + half[0] - 0.5, right[1] + half[0] + 0.5];
     let rows = [half[1] - up[1] - 0.5, half[1] - up[0] + 0.5];
-    let [a, b, c] = depths.of;
-    Some((Box3::about([right, up], a.min(b).min(c)), Span::of(view.size, columns, rows)?))
+    Some((Box3::about([right, up], near), Span::of(size, columns, rows)?))
 }
 
-/// How deep the corners of a triangle lie.
-struct Depths {
-    /// Beyond the frame's centre.
-    of: [f64; 3],
-    /// The part that a pixel at the focal plane is as long there.
-    scales: [f64; 3],
-    /// The least depth that is seen.
+/// Where the eye is.
+#[derive(Debug, Clone, Copy)]
+struct Eye {
+    /// How far before the focal plane, pixels; `None` where rays are parallel.
+    distance: Option<f64>,
+    /// How far the frame's centre lies beyond the focal plane.
+    beyond: f64,
+    /// The least depth beyond the frame's centre that is seen.
     nearest: f64,
 }
 
-impl Depths {
-    /// `None` where all lie behind the eye.
-    fn of(corners: [DVec3; 3], view: &View) -> Option<Self> {
-        let of = [corners[0].z, corners[1].z, corners[2].z];
-        let beyond = view.view_centre.z;
-        let (scales, nearest) = match view.eye_distance {
-            None => ([1.0; 3], f64::NEG_INFINITY),
-            Some(eye) => (of.map(|depth| (depth + beyond) / eye), eye * NEAREST - beyond),
-        };
-        (!of.iter().all(|depth| *depth < nearest)).then_some(Self { of, scales, nearest })
+impl Eye {
+    fn of(view: &View) -> Self {
+        let (distance, beyond) = (view.eye_distance, view.view_centre.z);
+        let nearest = distance.map_or(f64::NEG_INFINITY, |eye| eye * NEAREST - beyond);
+        Self { distance, beyond, nearest }
     }
 
-    /// The box about the triangle, to the right and up from the picture's middle: without ends where a corner lies behind the eye.
-    fn around(&self, corners: [DVec3; 3]) -> [[f64; 2]; 2] {
-        if !self.of.iter().all(|depth| *depth >= self.nearest) {
-            return [[f64::NEG_INFINITY, f64::INFINITY]; 2];
-        }
-        let at = |i: usize| corners[i].truncate() / self.scales[i];
-        let at = [at(0), at(1), at(2)];
-        let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
-        [[low.x, high.x], [low.y, high.y]]
+    /// The part that a pixel at the focal plane is as long at a depth beyond the frame's centre.
+    fn scale(&self, depth: f64) -> f64 {
+        self.distance.map_or(1.0, |eye| (depth + self.beyond) / eye)
     }
 }
 
 /// Whether a box holds any sample of any pixel, rounding included: `[[left, right], [top, bottom]]` from the picture's upper left.
 /// A box far beyond the picture may be said to hold one.
 fn has_sample(ends: [[f64; 2]; 2]) -> bool {
-    /// More than a picture has pixels.
+    // Samples lie at odd eighths of a pixel, and conversions to whole numbers, which round towards 0, take a fraction of the time that
+    // rounding down takes where processors have no instruction for that.
     const BEYOND: f64 = (1 << 20) as f64;
-    // The last place of a sample at or before the end. Conversions to whole numbers round towards 0 and take a fraction of the
-    // time that rounding down takes where processors have no instruction for that.
     #[expect(clippy::cast_possible_truncation, reason = "saturates")]
-    let last = |high: f64| f64::from((high + BEYOND) as i32) - BEYOND;
-    let is_between =
-        |at: f64, [low, high]: [f64; 2]| low - ROUNDING - at <= last(high + ROUNDING - at);
-    SAMPLES.iter().any(|sample| is_between(sample[0], ends[0]) && is_between(sample[1], ends[1]))
+    let eighths = |at: f64| (8.0 * (at + BEYOND)) as i32;
+    // The first eighth after the lower end, and the last one before the upper end.
+    let [x, y] = ends.map(|[low, high]| [eighths(low - ROUNDING) + 1, eighths(high + ROUNDING)]);
+    let holds = |[low, high]: [i32; 2], eighth: i32| (high - eighth) >> 3 > (low - eighth - 1) >> 3;
+    EIGHTHS.iter().any(|[right, down]| holds(x, *right) & holds(y, *down))
 }
 
 /// A triangle as lines through the picture meet it.
@@ -473,18 +537,27 @@ fn has_sample(ends: [[f64; 2]; 2]) -> bool {
 struct Seen {
     /// Of each corner's share: at the picture's middle, and its growth to the right and up.
     shares: [[f64; 3]; 3],
-    /// Whether a corner's share may be 0: of two triangles at an edge one has it.
-    owns: [bool; 3],
+    /// Its growth from the upper left corner of a pixel to each sample.
+    to_samples: [[f64; 4]; 3],
+    /// The least share of each corner where a sample is covered: of two triangles at an edge one has what is 0.
+    least: [f64; 3],
     depths: [f64; 3],
-    /// The least depth that is seen.
-    nearest: f64,
+    /// The least depth that is seen, where it reaches nearer than that.
+    nearest: Option<f64>,
 }
 
 impl Seen {
     /// `None` where it is seen from its edge, or lies behind the eye, or where a corner is not a number.
-    fn new(triangle: &Triangle, view: &View) -> Option<Self> {
+    fn new(triangle: &Triangle, eye: &Eye) -> Option<Self> {
+        /// The least number that is greater than 0.
+        const MORE_THAN_0: f64 = f64::from_bits(1);
         let corners = triangle.corners;
-        let Depths { of: depths, scales, nearest } = Depths::of(corners, view)?;
+        let depths = [corners[0].z, corners[1].z, corners[2].z];
+        let is_before = |depth: &f64| *depth >= eye.nearest;
+        if !depths.iter().any(is_before) {
+            return None;
+        }
+        let scales = depths.map(|depth| eye.scale(depth));
         let share = |b: usize, c: usize| {
             let (p, q) = (corners[b], corners[c]);
             let (k, l) = (scales[b], scales[c]);
@@ -508,22 +581,38 @@ impl Seen {
             shares = shares.map(|share| share.map(|s| -s));
             owns = owns.map(|owns| !owns);
         }
-        Some(Self { shares, owns, depths, nearest })
+        Some(Self {
+            shares,
+            to_samples: shares
+                .map(|[_, right, up]| SAMPLES.map(|sample| right * sample[0] - up * sample[1])),
+            least: owns.map(|owns| if owns { 0.0 } else { MORE_THAN_0 }),
+            depths,
+            nearest: (!depths.iter().all(is_before)).then_some(eye.nearest),
+        })
     }
 
     fn shares_at(&self, at: DVec2) -> [f64; 3] {
         self.shares.map(|[share, right, up]| share + (right * at.x + up * at.y))
     }
 
-    /// Whether the line through a place of the picture meets it in front of the eye.
-    fn covers(&self, at: DVec2) -> bool {
-        let shares = self.shares_at(at);
-        let is_in = shares.iter().zip(self.owns).all(|(s, owns)| *s > 0.0 || (*s == 0.0 && owns));
-        let depth = || {
-            let sum: f64 = shares.iter().sum();
-            shares.iter().zip(self.depths).map(|(s, depth)| s * depth).sum::<f64>() / sum
-        };
-        is_in && (self.nearest == f64::NEG_INFINITY || depth() >= self.nearest)
+    /// The samples of a pixel whose lines meet it in front of the eye, a bit each, by the pixel's upper left corner.
+    fn covers(&self, corner: DVec2) -> u8 {
+        let shares = self.shares_at(corner);
+        let mut is_in = [true; SAMPLES.len()];
+        for ((share, least), to_samples) in shares.into_iter().zip(self.least).zip(self.to_samples)
+        {
+            for (is_in, to_sample) in is_in.iter_mut().zip(to_samples) {
+                *is_in &= share + to_sample >= least;
+            }
+        }
+        if let Some(nearest) = self.nearest {
+            for (bit, is_in) in is_in.iter_mut().enumerate() {
+                let own = [0, 1, 2].map(|i| shares[i] + self.to_samples[i][bit]);
+                let depth = own.iter().zip(self.depths).map(|(s, depth)| s * depth).sum::<f64>();
+                *is_in &= depth / own.iter().sum::<f64>() >= nearest;
+            }
+        }
+        is_in.iter().enumerate().fold(0, |all, (bit, is_in)| all | u8::from(*is_in) << bit)
     }
 
     /// The place on it that is nearest to where that line meets its plane, in its own coordinates: how deep it is, and
@@ -548,12 +637,8 @@ mod tests {
             let [x, y] = [i % corners, i / corners].map(|n| n as f64 - (corners / 2) as f64);
             DVec3::new(3.0 * x + 0.375, 3.0 * y - 0.125, 2.0 * x - 0.5 * y)
         };
-        let triangle = |corners: [usize; 3]| Triangle {
-            corners: corners.map(at),
-            normals: [[0.0, 0.0, 1.0]; 3],
-            colours: [Srgb8([225; 3]); 3],
-            opacity: 1.0,
-        };
+        let triangle =
+            |corners: [usize; 3]| Triangle { corners: corners.map(at), opacity: 1.0, number: 0 };
         let cells = (0..(corners - 1) * (corners - 1)).map(|i| {
             let first = i / (corners - 1) * corners + i % (corners - 1);
             // Every other one the other way round.
@@ -571,14 +656,20 @@ mod tests {
                 Camera { projection, ..Camera::new(DVec3::ZERO, DVec3::Z, DVec3::Y, 20.0) };
             let view = View::of(&camera, &lattice, [24, 24]);
             let triangles = square(17);
-            let seen: Vec<Seen> = triangles.iter().filter_map(|t| Seen::new(t, &view)).collect();
+            let eye = Eye::of(&view);
+            let seen: Vec<Seen> = triangles.iter().filter_map(|t| Seen::new(t, &eye)).collect();
             let mut covered = 0;
             for i in 0..48 * 48 {
-                // Samples, and places on the edges themselves.
-                let at = [i % 48, i / 48].map(|n| f64::from(n) * 0.25 - 6.0 + 0.125);
-                let count = seen.iter().filter(|seen| seen.covers(DVec2::from(at))).count();
-                assert_eq!(count, 1, "{projection:?} {at:?}");
-                covered += count;
+                // In quarters of a pixel, so that samples lie on the edges, too.
+                let at = [i % 48, i / 48].map(|n| f64::from(n) * 0.25 - 6.0);
+                let mut counts = [0; SAMPLES.len()];
+                for samples in seen.iter().map(|seen| seen.covers(DVec2::from(at))) {
+                    for (bit, count) in counts.iter_mut().enumerate() {
+                        *count += samples >> bit & 1;
+                    }
+                }
+                assert_eq!(counts, [1; SAMPLES.len()], "{projection:?} {at:?}");
+                covered += 1;
             }
             assert_eq!(covered, 48 * 48);
         }
@@ -639,17 +730,17 @@ mod tests {
         // A floor one pixel under the eye, from far behind it to far before it.
         let corners = [[-9e3, -1.0, -9e3], [9e3, -1.0, -9e3], [0.0, -1.0, 9e5]].map(DVec3::from);
         let corners = corners.map(|corner| corner - DVec3::Z * view.view_centre.z);
-        let triangle = Triangle {
-            corners,
-            normals: [[0.0, 1.0, 0.0]; 3],
-            colours: [Srgb8([225; 3]); 3],
-            opacity: 1.0,
+        let triangle = Triangle { corners, opacity: 1.0, number: 0 };
+        let seen = Seen::new(&triangle, &Eye::of(&view)).expect("it is seen");
+        // The first sample of the pixel that has it there.
+        let covers = |x: f64, y: f64| {
+            let [right, down] = SAMPLES[0];
+            seen.covers(DVec2::new(x - right, y + down)) & 1 == 1
         };
-        let seen = Seen::new(&triangle, &view).expect("it is seen");
         for x in [-11.0, -3.0, 0.0, 8.0] {
             for y in [-11.0, -4.0, -0.5] {
-                assert!(seen.covers(DVec2::new(x, y)), "{x} {y}: the floor");
-                assert!(!seen.covers(DVec2::new(x, -y)), "{x} {y}: the sky");
+                assert!(covers(x, y), "{x} {y}: the floor");
+                assert!(!covers(x, -y), "{x} {y}: the sky");
                 let (depth, _) = seen.place(DVec2::new(x, y));
                 // y = −1 · eye / depth, from the eye.
                 let expected = -eye / y - view.view_centre.z;

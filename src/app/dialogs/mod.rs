@@ -3,13 +3,17 @@
 //! Each holds its own state, shows itself as a modal, and says what came of it.
 
 pub mod about;
+pub mod find;
 pub mod help;
 pub mod named_file;
 pub mod open_path;
 pub mod raw;
 pub mod save;
 
-use eframe::egui::{Button, Context, Frame, Id, Key, Modal, Modifiers, RichText, Ui};
+use eframe::egui::text::{CCursor, CCursorRange};
+use eframe::egui::{
+    Button, Context, Event, Frame, Id, Key, Modal, Modifiers, Response, RichText, TextEdit, Ui,
+};
 
 /// What is left to the window beside a dialog, and the narrowest dialog, points.
 const BESIDE: f32 = 60.0;
@@ -24,6 +28,50 @@ pub enum Outcome<T> {
     Cancelled,
     /// It was closed with this answer.
     Done(T),
+}
+
+/// One line of text that has the keyboard from the first pass of its dialog on. What it begins with is selected: what is typed takes its place.
+#[derive(Debug, Default)]
+struct TextLine {
+    text: String,
+    has_begun: bool,
+}
+
+impl TextLine {
+    fn new(text: String) -> Self {
+        Self { text, has_begun: false }
+    }
+
+    fn show(&mut self, ui: &mut Ui, hint: &str) -> Response {
+        let begins = !std::mem::replace(&mut self.has_begun, true);
+        // Typed in the pass that brought the dialog, before the field could take it.
+        let typed = if begins { typed_text(ui) } else { String::new() };
+        let is_typed = !typed.is_empty();
+        if is_typed {
+            self.text = typed;
+        }
+        let edit = TextEdit::singleline(&mut self.text);
+        let shown = edit.desired_width(f32::INFINITY).hint_text(hint).show(ui);
+        let response = shown.response.response;
+        if begins {
+            let mut state = shown.state;
+            let end = CCursor::new(self.text.chars().count());
+            let begin = if is_typed { end } else { CCursor::new(0) };
+            state.cursor.set_char_range(Some(CCursorRange::two(begin, end)));
+            state.store(ui.ctx(), response.id);
+            response.request_focus();
+        }
+        response
+    }
+}
+
+/// What was typed and pasted in this pass.
+fn typed_text(ui: &Ui) -> String {
+    let text = |event: &Event| match event {
+        Event::Text(text) | Event::Paste(text) => Some(text.clone()),
+        _ => None,
+    };
+    ui.input(|input| input.events.iter().filter_map(text).collect())
 }
 
 /// A modal with a title; Escape cancels it. A click beside it does nothing: it would lose what was typed.

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use eframe::egui::{Button, Context, Key, TextEdit};
+use eframe::egui::{Button, Context, Key};
 
-use super::{Outcome, buttons_ui, modal};
+use super::{Outcome, TextLine, buttons_ui, modal};
 use crate::app::file_dialog::FileDialog;
 use crate::task::transfer_file::is_named_so;
 
@@ -24,8 +24,7 @@ pub enum Purpose {
 /// A path being chosen.
 pub struct NamedFileDialog {
     purpose: Purpose,
-    path: String,
-    focused: bool,
+    path: TextLine,
     browser: Option<FileDialog>,
     trouble: Option<&'static str>,
 }
@@ -33,8 +32,8 @@ pub struct NamedFileDialog {
 impl NamedFileDialog {
     /// Asks for a path, beginning with a suggested one.
     pub fn new(purpose: Purpose, suggestion: &Path) -> Self {
-        let path = suggestion.display().to_string();
-        Self { purpose, path, focused: false, browser: None, trouble: None }
+        let path = TextLine::new(suggestion.display().to_string());
+        Self { purpose, path, browser: None, trouble: None }
     }
 
     /// What it asks for.
@@ -44,7 +43,7 @@ impl NamedFileDialog {
 
     /// Shows the dialog.
     pub fn show(&mut self, ctx: &Context) -> Outcome<PathBuf> {
-        FileDialog::take_path(&mut self.browser, &mut self.path, &mut self.trouble);
+        FileDialog::take_path(&mut self.browser, &mut self.path.text, &mut self.trouble);
         let (title, verb) = match self.purpose {
             Purpose::LoadTransfer => ("Load transfer function", "Load"),
             Purpose::SaveTransfer => ("Save transfer function", "Save"),
@@ -70,16 +69,10 @@ impl NamedFileDialog {
         };
         modal(ctx, "named file", title, 460.0, |ui| {
             let name = ui.label(label);
-            let edit =
-                TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY).hint_text(hint);
-            let response = ui.add(edit).labelled_by(name.id);
-            if !self.focused {
-                response.request_focus();
-                self.focused = true;
-            }
+            self.path.show(ui, hint).labelled_by(name.id);
             let asking = self.browser.is_some();
             if ui.add_enabled(!asking, Button::new("Browse…")).clicked() {
-                let path = Path::new(&self.path);
+                let path = Path::new(&self.path.text);
                 self.browser = Some(match self.purpose {
                     Purpose::LoadTransfer => FileDialog::open_transfer(ui.ctx()),
                     Purpose::SaveTransfer => FileDialog::save_transfer(ui.ctx(), path),
@@ -90,7 +83,7 @@ impl NamedFileDialog {
             if let Some(trouble) = self.trouble {
                 ui.label(trouble);
             }
-            let path = PathBuf::from(self.path.trim());
+            let path = PathBuf::from(self.path.text.trim());
             let refusal = match () {
                 () if path.as_os_str().is_empty() => Some("Type a path first"),
                 () if !self.purpose.allows(&path) => Some(misnamed),

@@ -22,6 +22,7 @@ pub mod legend;
 mod light;
 mod maps;
 mod pictures;
+pub mod places;
 pub mod polygons;
 mod range;
 pub mod regions;
@@ -55,16 +56,19 @@ const NUMBER_WIDTH: f32 = 60.0;
 const VALUE_AND_RESET_WIDTH: f32 = 140.0;
 
 /// Sections that are closed until somebody opens them: they are needed rarely.
-const CLOSED_AT_FIRST: [&str; 3] = ["Basis functions", POLYGONS, SPLATS];
-/// The section of polygons and labels.
-pub(super) const POLYGONS: &str = "Polygons and labels";
-/// And those of what lies in the volume, and of what is kept of it.
-pub(super) const INSIDE: &str = "Surfaces and slices";
-pub(super) const CLIP: &str = "Clip";
-/// And that of vectors.
+const CLOSED_AT_FIRST: [&str; 3] = [FUNCTIONS, POLYGONS, SPLATS];
+/// The sections, from above.
+pub(super) const DATA: &str = "Data";
 pub(super) const VECTORS: &str = "Vectors";
-/// The section of the mode; see [`super::modes::section`].
+pub(super) const TRANSFER: &str = "Transfer function";
+pub(super) const SHADING: &str = "Shading";
+pub(super) const INSIDE: &str = "Surfaces and slices";
+pub(super) const POLYGONS: &str = "Polygons and labels";
+pub(super) const CLIP: &str = "Clip";
+/// That of the mode; see [`super::modes::section`].
 pub(super) const SPLATS: &str = "Splats";
+pub(super) const FUNCTIONS: &str = "Basis functions";
+pub(super) const VIEW: &str = "View";
 
 /// Which sections somebody has opened or closed, by their names; the others are as at first.
 pub type Sections = BTreeMap<String, bool>;

@@ -469,14 +469,16 @@ pub struct ShadingSpace {
 impl ShadingSpace {
     /// Of values on a lattice, if there are any.
     pub fn of(lattice: &Lattice, values: Option<&ScalarVolume>) -> Self {
+        let [least, most] =
+            values.map_or([0.0; 2], |values| [values.statistics.min, values.statistics.max]);
         // Halved, so that ±1e308 does not overflow.
-        let half =
-            |values: &ScalarVolume| values.statistics.max / 2.0 - values.statistics.min / 2.0;
-        let range = 2.0 * values.map_or(0.0, half);
+        let range = 2.0 * (most / 2.0 - least / 2.0);
+        // What is within the rounding of the samples themselves is no growth: a constant field has none.
+        let rounding = f64::from(f32::EPSILON) * least.abs().max(most.abs());
+        let growth = (LEAST_STRENGTH * range).max(rounding).max(f64::MIN_POSITIVE);
         Self {
             world_from_gradient: lattice.axes().inverse().transpose(),
-            least_strength: LEAST_STRENGTH * range.max(f64::MIN_POSITIVE)
-                / lattice.smallest_spacing(),
+            least_strength: growth / lattice.smallest_spacing(),
             radius: lattice.bounding_radius(),
         }
     }

@@ -1,0 +1,82 @@
+//! Where each setting of the side panel stands, for those who look for it by name.
+
+use super::{CLIP, DATA, FUNCTIONS, INSIDE, POLYGONS, SHADING, SPLATS, TRANSFER, VECTORS, VIEW};
+
+/// A setting and the section that it stands in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// As the side panel writes it.
+    pub name: &'static str,
+    /// The section.
+    pub section: &'static str,
+    /// What it is for, one line.
+    pub help: &'static str,
+}
+
+const fn place(section: &'static str, name: &'static str, help: &'static str) -> Place {
+    Place { name, section, help }
+}
+
+/// In the order of the side panel.
+pub const PLACES: [Place; 48] = [
+    place(DATA, "Dimensions", "How many samples the volume has along each axis"),
+    place(DATA, "Range", "The least and the greatest value of the data"),
+    place(DATA, "Spacing", "How far samples are apart, in the file's units"),
+    place(DATA, "Memory", "What the samples take"),
+    place(VECTORS, "Speed", "How fast the marks of vectors move along the flow"),
+    place(VECTORS, "Phase", "How far the marks have moved: the animation, by hand"),
+    place(VECTORS, "Pictures a second", "How often an animation is drawn at most"),
+    place(
+        VECTORS,
+        "Mode",
+        "Blend or Modulate: how marks and the texture of splats meet the colour",
+    ),
+    place(VECTORS, "Marks", "What is drawn on each vector's splat: streaks, comets, dots"),
+    place(VECTORS, "Splat radius", "How wide the splat of a vector is"),
+    place(VECTORS, "Coloured by", "Length, a component, or the scalar field"),
+    place(VECTORS, "Hide the scalar field", "Draw the vectors alone"),
+    place(VECTORS, "Second field", "Draw other vectors of the file beside the first"),
+    place(VECTORS, "Streamlines and arrows", "Tubes along the vectors, and arrows on a plane"),
+    place(TRANSFER, "Preset", "Opacities and colours to begin with"),
+    place(TRANSFER, "Colours", "The colour map, and a map's colours one by one"),
+    place(TRANSFER, "Range", "Which values the colours span"),
+    place(TRANSFER, "Opacity", "The curve of opacities over the histogram; drag its points"),
+    place(TRANSFER, "Gaussians", "Opacities as bells that are moved and widened"),
+    place(TRANSFER, "Log", "The histogram's counts by their logarithm"),
+    place(SHADING, "Preset", "None, lights, surface or cloud"),
+    place(SHADING, "Lights", "Where light comes from, and its colour"),
+    place(SHADING, "Depth cue", "What lies farther back is darker"),
+    place(SHADING, "Regions", "Opacities by value and gradient strength at once"),
+    place(INSIDE, "Rendering", "Volume, maximum (MIP), minimum or average along each ray"),
+    place(INSIDE, "Add slice", "A plane that shows the values on it"),
+    place(INSIDE, "Add isosurface", "A surface where the values pass a level"),
+    place(INSIDE, "Fade the volume", "Draw it faintly, so that what lies inside is seen"),
+    place(POLYGONS, "Add polygons…", "Triangles of an STL, PLY or OBJ file within the volume"),
+    place(POLYGONS, "Add labels…", "A segmentation over the volume: a surface and a colour each"),
+    place(CLIP, "Clip box", "Keep what lies in a box: drag its faces, or type its ends"),
+    place(CLIP, "Add clip plane", "Keep what lies on one side of a plane"),
+    place(CLIP, "Coloured faces", "Paint what a cut opens by its values"),
+    place(SPLATS, "Preset", "Exact, or the papers' ways to splat"),
+    place(SPLATS, "Kernel", "What a sample's splat is: how values between samples are found"),
+    place(SPLATS, "Extent", "How far a splat reaches"),
+    place(SPLATS, "Slabs per voxel", "How finely rays are cut: accuracy against time"),
+    place(
+        SPLATS,
+        "Quick pictures",
+        "What is drawn while the view moves: an octree or fewer pixels",
+    ),
+    place(FUNCTIONS, "Encode", "Write the data as a few hundred basis functions"),
+    place(VIEW, "Projection", "Parallel rays (orthographic) or perspective"),
+    place(VIEW, "Background", "The colour behind the volume"),
+    place(VIEW, "Turning", "Turntable or trackball"),
+    place(VIEW, "Up axis", "Which axis of the data points up"),
+    place(VIEW, "Annotations", "Scalar bar, scale bar, axes, trihedron"),
+    place(VIEW, "Moving picture", "Coarse at once, or in full while the view moves"),
+    place(VIEW, "Frame budget", "How long a picture may take while the view moves"),
+    place(VIEW, "Octree error", "How coarse the octree's picture may be"),
+    place(
+        VIEW,
+        "Go on refining at rest",
+        "Draw the view in ever thinner slabs while nothing moves",
+    ),
+];
