@@ -2,6 +2,7 @@
 //! the engine that draws gradients and one for the readers that knows a few names.
 
 mod ui_annotations;
+mod ui_find;
 mod ui_hand;
 mod ui_modes;
 mod ui_probe;
@@ -221,6 +222,8 @@ fn every_shortcut_does_what_it_says() {
             | Action::AddSlice
             | Action::AddIsosurface
             | Action::ToggleClipBox
+            | Action::AddClipPlane
+            | Action::AddLight
             | Action::MakeStreamlines
             | Action::About => unreachable!("it has no key"),
             Action::Undo => {

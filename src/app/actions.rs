@@ -50,7 +50,9 @@ pub enum Action {
     AddSlice,
     AddIsosurface,
     ToggleClipBox,
+    AddClipPlane,
     MakeStreamlines,
+    AddLight,
     ToggleCells,
     ToggleLeveling,
     ToggleProbe,
@@ -72,6 +74,8 @@ impl Action {
         matches!(
             self,
             SavePicture
+                | MakeStreamlines
+                | EmbedPolygons
                 | LoadTransfer
                 | Quit
                 | RollLeft
@@ -143,7 +147,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 55] = [
+pub const ACTIONS: [Entry; 57] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -165,20 +169,6 @@ pub const ACTIONS: [Entry; 55] = [
         "Raw layout…",
         None,
         "Say how the samples lie in the open file: size, number type, byte order",
-    ),
-    entry(
-        Action::EmbedPolygons,
-        Menu::File,
-        "Add polygons…",
-        None,
-        "Show the triangles of an STL, PLY or OBJ file within the volume",
-    ),
-    entry(
-        Action::AddLabels,
-        Menu::File,
-        "Add labels…",
-        None,
-        "Show a segmentation of the open volume over it: a surface and a colour for each label",
     ),
     entry(
         Action::SavePicture,
@@ -259,11 +249,39 @@ pub const ACTIONS: [Entry; 55] = [
         "Keep a part of the volume: drag the handles on the box's faces",
     ),
     entry(
+        Action::AddClipPlane,
+        Menu::Add,
+        "Clip plane",
+        None,
+        "Cut away what lies before a plane through the middle; Clip, in the side panel, turns and moves it",
+    ),
+    entry(
         Action::MakeStreamlines,
         Menu::Add,
         "Streamlines",
         None,
         "Tubes along the vectors that are shown; Vectors, in the side panel, says how many and where",
+    ),
+    entry(
+        Action::AddLight,
+        Menu::Add,
+        "Light",
+        None,
+        "One more light, from the right; Shading, in the side panel, turns and colours it",
+    ),
+    entry(
+        Action::EmbedPolygons,
+        Menu::Add,
+        "Add polygons…",
+        None,
+        "Show the triangles of an STL, PLY or OBJ file within the volume",
+    ),
+    entry(
+        Action::AddLabels,
+        Menu::Add,
+        "Add labels…",
+        None,
+        "Show a segmentation of the open volume over it: a surface and a colour for each label",
     ),
     entry(Action::ViewFront, Menu::Camera, "Front", plain(Key::Num1), "Look at the front"),
     entry(Action::ViewBack, Menu::Camera, "Back", command(Key::Num1), "Look at the back"),

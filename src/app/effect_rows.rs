@@ -22,6 +22,8 @@ impl Window {
         let picture = self.viewport.picture();
         let shown = picture.as_ref().map_or(&[][..], |picture| &picture.report.effects);
         let (size, costs) = (self.viewport_size, &self.effects);
+        let parts = scene.shading.effects();
+        let is_one = parts.iter().filter(|part| **part != Effect::Gradients).count() == 1;
         let row = |effect: Effect| {
             let asked_by = effect.asked_by(scene);
             let runs = match effect {
@@ -34,6 +36,10 @@ impl Window {
             } else {
                 String::new()
             };
+            // Of one effect the sum, and what it needs, are the effect itself.
+            let is_told_below = is_one && matches!(effect, Effect::Shading | Effect::Gradients);
+            let costs = (!is_told_below).then_some(costs);
+            let change = costs.and_then(|costs| costs.change(scene, size, effect));
             Row {
                 name,
                 help,
@@ -44,12 +50,11 @@ impl Window {
                     (Some(words), "") => words,
                     (Some(words), place) => format!("{place}, {words}"),
                 },
-                time: costs.added(scene, size, effect).map_or(Time::Unknown, Time::Added),
-                change: match costs.change(scene, size, effect) {
-                    None => Change::Unknown,
-                    Some(rmse) => Change::of(rmse),
-                },
-                bytes: costs.bytes(scene, size, effect),
+                time: costs
+                    .and_then(|costs| costs.added(scene, size, effect))
+                    .map_or(Time::Unknown, Time::Added),
+                change: change.map_or(Change::Unknown, Change::of),
+                bytes: costs.and_then(|costs| costs.bytes(scene, size, effect)),
             }
         };
         Effect::ALL.iter().copied().map(row).chain(self.other_rows(ctx)).collect()

@@ -4,7 +4,11 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use eframe::egui::Context;
+
 use super::drawer::Drawer;
+use super::panels::SHADING;
+use super::panels::shading::ShadingEditor;
 use super::window::Window;
 use crate::scene::{Effect, Scene, Shading};
 use crate::task::effect_costs::{AddedTime, ROUNDS};
@@ -204,8 +208,18 @@ impl Window {
 
     /// Switches the lights on or off, and says so where that cannot be seen.
     pub(super) fn toggle_lights(&mut self) {
+        self.change_lights(ShadingEditor::toggle_lights);
+    }
+
+    /// Adds a light, which is in sight in the side panel then.
+    pub(super) fn add_light(&mut self, ctx: &Context) {
+        self.change_lights(ShadingEditor::add_light);
+        self.show_section(ctx, SHADING);
+    }
+
+    fn change_lights(&mut self, change: fn(&mut ShadingEditor, &mut Shading)) {
         let Some(scene) = &mut self.scene else { return };
-        self.shading.toggle_lights(&mut scene.shading);
+        change(&mut self.shading, &mut scene.shading);
         if scene.shading.lighting.is_some() && !Shading::is_shown_by(&scene.splat) {
             self.notices.hint(
                 "This mode draws splats as triangles, which cannot be lit: choose the exact mode under Splats",

@@ -394,6 +394,7 @@ impl Window {
         let response = ui.allocate_rect(area.rect, Sense::drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Viewport"));
         if response.drag_started() {
+            self.notices.give_way();
             if self.scene.is_some() {
                 self.first_hint.taken(&mut self.settings.knows_drag, ui.ctx().time());
             }

@@ -33,7 +33,7 @@ const HINT_SECONDS: f64 = 6.0;
 /// The same of news, which may be longer to read.
 const NOTE_SECONDS: f64 = 12.0;
 /// And news with a button.
-const OFFER_SECONDS: f64 = 40.0;
+const OFFER_SECONDS: f64 = 20.0;
 /// An error stays for so many seconds, whatever succeeds meanwhile.
 const LEAST_ERROR_SECONDS: f64 = 6.0;
 
@@ -146,6 +146,15 @@ impl Notices {
     /// Takes errors off the screen.
     pub fn dismiss_errors(&mut self) {
         self.shown.retain(|notice| notice.kind != Kind::Error);
+    }
+
+    /// Takes off the picture what has been there long enough to be read, but for what did not work: the hand turns the picture.
+    pub fn give_way(&mut self) {
+        let is_read = |notice: &Notice| {
+            notice.kind != Kind::Error
+                && notice.shown_at.is_some_and(|since| self.now - since >= HINT_SECONDS)
+        };
+        self.shown.retain(|notice| !is_read(notice));
     }
 
     /// Takes everything off the screen.
@@ -526,6 +535,23 @@ mod tests {
         drawn(&mut notices, &ctx, 200.0 + NOTE_SECONDS);
         drawn(&mut notices, &ctx, 1e6);
         assert_eq!(notices.shown().len(), 1);
+    }
+
+    #[test]
+    fn what_has_been_read_goes_once_the_picture_is_turned_and_what_did_not_work_stays() {
+        let mut notices = Notices::default();
+        let ctx = Context::default();
+        notices.error("bad");
+        notices.offer(Action::ShowFaded, "read");
+        drawn(&mut notices, &ctx, 10.0);
+        notices.note("new");
+        drawn(&mut notices, &ctx, 9.9 + HINT_SECONDS);
+        notices.give_way();
+        assert_eq!(notices.shown().len(), 3, "none has been there for long");
+        drawn(&mut notices, &ctx, 10.1 + HINT_SECONDS);
+        notices.give_way();
+        let left: Vec<_> = notices.shown().iter().map(|n| n.text.as_str()).collect();
+        assert_eq!(left, ["Bad", "New"]);
     }
 
     #[test]

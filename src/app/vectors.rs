@@ -171,6 +171,7 @@ impl Window {
         match ended {
             Ended::Finished(Ok(field)) => {
                 self.notices.settle();
+                self.notices.withdraw(Action::ShowVectors);
                 let path = self.document.as_ref().map(|document| document.source.key());
                 let source = SampleSource::whole(&path.unwrap_or_default(), &field.name);
                 let field = Arc::new(field);

@@ -38,7 +38,7 @@ use super::notices::Notices;
 use super::opening::Loading;
 use super::pacing::{News, Pacing};
 use super::panels::accuracy::AccuracyPanel;
-use super::panels::clip::ClipEditor;
+use super::panels::clip::{self, ClipEditor};
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
 use super::panels::{self, CLIP, INSIDE, inside, typed};
@@ -54,7 +54,8 @@ use super::vectors::{Vectors, faded_for};
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::{Camera, Projection};
 use crate::scene::{
-    Annotation, Annotations, Inside, Moving, NamedView, Orientation, Scene, SplatSettings,
+    Annotation, Annotations, Inside, MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_LIGHTS, MOST_SLICES,
+    Moving, NamedView, Orientation, Scene, SplatSettings,
 };
 use crate::task::annotations::beside_bars;
 use crate::task::engine::EngineState;
@@ -338,6 +339,11 @@ impl Window {
             Action::AddSlice => self.add_inside(ctx, inside::add_slice),
             Action::AddIsosurface => self.add_inside(ctx, inside::add_isosurface),
             Action::ToggleClipBox => self.toggle_clip_box(ctx),
+            Action::AddClipPlane => {
+                self.scene.iter_mut().for_each(clip::add_plane);
+                self.show_section(ctx, CLIP);
+            }
+            Action::AddLight => self.add_light(ctx),
             Action::MakeStreamlines => {
                 self.show_section(ctx, panels::VECTORS);
                 panels::seek(ctx, panels::flow::FLOW);
@@ -376,15 +382,36 @@ impl Window {
 
     /// Why a command has nothing to work on, if so.
     pub(super) fn why_not(&self, action: Action) -> Option<&'static str> {
+        const NO_MORE_SLICES: &str = "There are as many slices as there can be";
+        const NO_MORE_SURFACES: &str = "There are as many isosurfaces as there can be";
+        const NO_MORE_PLANES: &str = "There are as many clip planes as there can be";
+        const NO_MORE_LIGHTS: &str = "There are as many lights as there can be";
         let scene = self.scene.as_ref();
         let has_vectors = scene.is_some_and(|scene| !scene.vectors().is_empty());
+        let inside = scene.map(|scene| &scene.inside);
+        let has =
+            |count: fn(&Inside) -> usize, most: usize| inside.is_some_and(|i| count(i) >= most);
+        let lights = scene.and_then(|scene| scene.shading.lighting.as_ref());
         match action {
             Action::AddSlice | Action::AddIsosurface
                 if scene.is_none_or(|scene| scene.volume().is_none()) =>
             {
                 Some("There is no volume to add that to: open one first")
             }
-            Action::ToggleClipBox if scene.is_none() => {
+            Action::AddSlice if has(|i| i.slices.len(), MOST_SLICES) => Some(NO_MORE_SLICES),
+            Action::AddIsosurface if has(|i| i.isosurfaces.len(), MOST_ISOSURFACES) => {
+                Some(NO_MORE_SURFACES)
+            }
+            Action::AddClipPlane if has(|i| i.clip.planes.len(), MOST_CLIP_PLANES) => {
+                Some(NO_MORE_PLANES)
+            }
+            Action::AddLight if scene.is_none_or(|scene| scene.volume().is_none()) => {
+                Some("There is no volume to be lit: open one first")
+            }
+            Action::AddLight if lights.is_some_and(|l| l.lights.len() >= MOST_LIGHTS) => {
+                Some(NO_MORE_LIGHTS)
+            }
+            Action::ToggleClipBox | Action::AddClipPlane if scene.is_none() => {
                 Some("There is nothing to clip: open a volume first")
             }
             Action::MakeStreamlines | Action::ToggleAnimation if !has_vectors => {

@@ -41,6 +41,15 @@ pub fn value(v: f64) -> String {
     trimmed(&format!("{v:.decimals$}"))
 }
 
+/// A range, as far as its ends are told apart: an end next to 0 beside the other one is `0`.
+pub fn range([low, high]: [f64; 2]) -> String {
+    /// Of the greater end.
+    const NEXT_TO_0: f64 = 1e-6;
+    let least = NEXT_TO_0 * low.abs().max(high.abs());
+    let [low, high] = [low, high].map(|end| value(if end.abs() < least { 0.0 } else { end }));
+    format!("{low} to {high}")
+}
+
 /// Without zeros at the end of the fraction, before an exponent if there is one.
 fn trimmed(text: &str) -> String {
     let (mantissa, exponent) = match text.find('e') {
@@ -91,10 +100,13 @@ pub fn about_decibels(db: f64, is_whole: bool) -> String {
     }
 }
 
-/// A level that is known within so many dB: `52 ± 3 dB`; as [`decibels`] where that is no number.
+/// A level that is known within so many dB: `52 ± 3 dB`, or where that is wide `36 to 68 dB`; as [`decibels`] where that is no number.
 pub fn decibels_within(db: f64, within: f64) -> String {
+    /// Beyond twice or half the error the middle says less than the ends.
+    const WIDE: f64 = 6.5;
     match db {
         db if db.is_nan() || db >= MOST_DB => decibels(db),
+        db if within > WIDE => format!("{:.0} to {:.0} dB", (db - within).max(0.0), db + within),
         db => format!("{db:.0} ± {within:.0} dB"),
     }
 }
@@ -332,6 +344,23 @@ fn level_and_details(level: &LevelOfDetail) -> (String, Option<String>) {
 mod tests {
     use super::*;
     use crate::task::still::Convergence;
+
+    #[test]
+    fn a_level_that_is_hardly_known_is_told_by_its_ends() {
+        assert_eq!(decibels_within(52.3, 3.0), "52 ± 3 dB");
+        assert_eq!(decibels_within(52.3, 16.0), "36 to 68 dB");
+        assert_eq!(decibels_within(9.0, 16.0), "0 to 25 dB");
+        assert_eq!(decibels_within(f64::NAN, 16.0), "unknown");
+    }
+
+    #[test]
+    fn ends_of_a_range_are_as_precise_as_the_range_asks_for() {
+        assert_eq!(range([2.7197e-25, 1.0]), "0 to 1");
+        assert_eq!(range([-1e-9, 3e4]), "0 to 30000");
+        assert_eq!(range([-1024.0, 1e-7]), "-1024 to 0");
+        assert_eq!(range([1e-25, 2e-25]), "1e-25 to 2e-25");
+        assert_eq!(range([0.0, 0.0]), "0 to 0");
+    }
 
     #[test]
     fn counts_are_grouped() {

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::cells::{Cells, Span};
 use super::in_order::look;
 use super::rays::TILE;
-use crate::core::{Camera, Cancelled, Srgb8, Ticket, mapped};
+use crate::core::{Camera, Cancelled, Srgb8, Ticket, mapped, parallel};
 use crate::plan::Plan;
 use crate::scene::{Lighting, OpacityModel, PolygonLayer, View};
 
@@ -31,30 +31,45 @@ const LEAST_THROUGH: f32 = 1e-9;
 /// Triangles between two looks at the ticket, and the parts of these that threads share.
 const A_RUN: usize = 1 << 12;
 const RUNS: usize = 8;
+/// Triangles of a tile between two looks at whether any more of them can be seen.
+const BETWEEN_LOOKS: usize = 64;
+/// Depths that triangles are sorted into.
+const BINS: usize = 1 << 10;
 /// Corners that a triangle may share with those before it are looked for among so many.
 const LOOKED_BACK: usize = 20;
 /// Pixels of a tile.
 const PIXELS: usize = (TILE * TILE) as usize;
 
-/// The triangles of a view.
+/// The triangles of layers, and what a view sees of them.
 #[derive(Debug)]
 pub(super) struct Polygons {
-    made_of: MadeOf,
-    /// The layers as they lie in the world: kept, as every view begins with them.
+    /// As they lie in the world: kept, as every view begins with them.
     placed: Arc<Placed>,
-    /// Those that may be seen.
-    triangles: Vec<Triangle>,
-    /// The box about each: most that lie in a cell are not in a tile, or hidden.
+    /// `None` where that was not made to its end.
+    in_view: Option<InView>,
+}
+
+/// The triangles of a view.
+#[derive(Debug)]
+struct InView {
+    made_of: MadeOf,
+    placed: Arc<Placed>,
+    /// Of all triangles.
+    corners: Vec<Corner>,
+    /// Those that may be seen, by their numbers in the world, and the box about each: most that lie in a cell are not in a tile, or
+    /// hidden.
+    triangles: Vec<u32>,
     boxes: Vec<Box3>,
     cells: Cells,
     eye: Eye,
+    /// Each triangle lies at most so much nearer than one before it, pixels.
+    depth_of_bin: f32,
     lights: Vec<(DVec3, DVec3)>,
 }
 
-/// Everything that they depend on.
+/// Everything that a view of layers depends on.
 #[derive(Debug, Clone, PartialEq)]
 struct MadeOf {
-    layers: Vec<PolygonLayer>,
     view: View,
     camera: Camera,
     lighting: Lighting,
@@ -67,6 +82,7 @@ struct MadeOf {
 /// asks once.
 #[derive(Debug, Default)]
 struct Placed {
+    layers: Vec<PolygonLayer>,
     /// Corners, from the origin of their mesh.
     places: Vec<Vec3>,
     /// Where the places of each layer end.
@@ -85,7 +101,7 @@ struct Painted {
 }
 
 /// A corner in view space.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Corner {
     /// To the right, up, and how deep beyond the frame's centre, pixels.
     at: DVec3,
@@ -93,14 +109,12 @@ struct Corner {
     on_picture: DVec2,
 }
 
-/// A triangle in view space. Lengths are in pixels.
+/// A triangle that may be seen, and where.
 #[derive(Debug, Clone, Copy)]
-struct Triangle {
-    /// To the right, up, and how deep beyond the frame's centre.
-    corners: [DVec3; 3],
-    opacity: f32,
-    /// Which of those in the world it is.
+struct Bounded {
     number: u32,
+    around: Box3,
+    span: Span,
 }
 
 /// From where to where a triangle reaches to the right of the picture's middle, and up, and where it is nearest, pixels.
@@ -152,6 +166,7 @@ struct Met {
     samples: u8,
     /// Of the tile, in rows from the top.
     pixel: u8,
+    /// Of those in the world.
     triangle: u32,
     /// Of the corners.
     shares: [f64; 3],
@@ -176,93 +191,121 @@ impl Polygons {
     /// Makes of what there was what a plan has, or `None` without any. Where nothing about them has changed they stay.
     ///
     /// # Errors
-    /// [`Cancelled`]: then what there was is there still, so that a hand that moves on finds what it had in the world.
+    /// [`Cancelled`]: then what lies in the world is there still, for the next view.
     pub(super) fn renew(
         polygons: &mut Option<Self>,
         plan: &Plan,
         ticket: &Ticket,
     ) -> Result<(), Cancelled> {
+        let layers = plan.polygons();
+        if layers.is_empty() {
+            *polygons = None;
+            return Ok(());
+        }
+        let kept = polygons.take().filter(|old| old.placed.layers == layers);
+        let all = match kept {
+            Some(old) => polygons.insert(old),
+            None => {
+                let placed = Arc::new(Placed::of(layers, ticket)?);
+                polygons.insert(Self { placed, in_view: None })
+            }
+        };
         let made_of = MadeOf {
-            layers: plan.polygons(),
             view: plan.view(),
             camera: plan.camera,
             lighting: plan.shading.polygon_lighting(),
             hides: !plan.inside.clip.cuts()
                 && plan.mode.opacity_model == OpacityModel::OpticalDepth,
         };
-        if made_of.layers.is_empty() {
-            *polygons = None;
-            return Ok(());
-        }
-        let placed = match polygons {
-            Some(old) if old.made_of == made_of => return Ok(()),
-            Some(old) if old.made_of.layers == made_of.layers => Arc::clone(&old.placed),
-            _ => Placed::of(&made_of.layers, ticket)?.into(),
-        };
-        let (view, camera) = (&made_of.view, &made_of.camera);
-        let eye = Eye::of(view);
-        let centre = plan.frame.lattice.centre();
-        let rotation = camera.view_from_world_rotation();
-        let beside = view.view_centre.truncate().extend(0.0);
-        let layers = &made_of.layers;
-        let origins: Vec<DVec3> = layers.iter().map(|layer| layer.mesh.origin() - centre).collect();
-        let corner = |place: Vec3, origin: DVec3| {
-            let at = rotation * (place.as_dvec3() + origin) * view.pixels_per_unit + beside;
-            Corner { at, on_picture: at.truncate() / eye.scale(at.z) }
-        };
-        let corners = in_runs(placed.places.len(), ticket, |run| {
-            let mut layer = 0;
-            let corners = run.map(|i| {
-                while i >= placed.ends[layer] {
-                    layer += 1;
-                }
-                corner(placed.places[i], origins[layer])
-            });
-            corners.collect()
-        })?;
-        let seen = in_runs(placed.triangles.len(), ticket, |run| {
-            let seen = run.filter_map(|number| {
-                let of = placed.triangles[number].map(|i| corners[i as usize]);
-                let (around, span) = bounds(&of, &eye, view.size)?;
-                Some((number as u32, of.map(|corner| corner.at), around, span))
-            });
-            seen.collect()
-        })?;
-        drop(corners);
-        let mut triangles = Vec::with_capacity(seen.len());
-        let (mut boxes, mut spans) =
-            (Vec::with_capacity(seen.len()), Vec::with_capacity(seen.len()));
-        for (number, corners, around, span) in seen {
-            let layer = &layers[placed.looks[number as usize].layer as usize];
-            triangles.push(Triangle { corners, opacity: layer.look.opacity as f32, number });
-            boxes.push(around);
-            spans.push(span);
-        }
-        let cells = Cells::new(view.size, &spans, ticket)?;
-        let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
-        let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
-        let lights = lights.collect();
-        *polygons = Some(Self { cells, eye, placed, triangles, boxes, lights, made_of });
+        let before = all.in_view.take();
+        all.in_view = Some(match before {
+            Some(before) if before.made_of == made_of => before,
+            before => {
+                let centre = plan.frame.lattice.centre();
+                let room = before.map(|before| before.corners).unwrap_or_default();
+                InView::new((&all.placed, room), centre, made_of, ticket)?
+            }
+        });
         Ok(())
     }
 
     /// Bytes of memory.
     pub(super) fn size_bytes(&self) -> u64 {
-        let Placed { places, ends, triangles, looks } = &*self.placed;
+        let Placed { places, ends, triangles, looks, .. } = &*self.placed;
         let placed = size_of_val(&places[..])
             + size_of_val(&ends[..])
             + size_of_val(&triangles[..])
             + size_of_val(&looks[..]);
-        let triangles = size_of_val(&self.triangles[..]) + size_of_val(&self.boxes[..]);
-        (placed + triangles) as u64 + self.cells.size_bytes()
+        let in_view =
+            self.in_view.as_ref().map_or(0, |InView { corners, boxes, cells, .. }| {
+                let each = size_of::<u32>() + size_of::<Box3>();
+                (size_of_val(&corners[..]) + each * boxes.len()) as u64 + cells.size_bytes()
+            });
+        placed as u64 + in_view
     }
 
     /// What the pixels of a tile see, whose first one is `corner`; `None` where that is nothing.
     pub(super) fn seen_in(&self, corner: [u32; 2]) -> Option<Fragments> {
+        self.in_view.as_ref()?.seen_in(corner)
+    }
+}
+
+impl InView {
+    /// Of layers, and room that is written over.
+    fn new(
+        (placed, room): (&Arc<Placed>, Vec<Corner>),
+        centre: DVec3,
+        made_of: MadeOf,
+        ticket: &Ticket,
+    ) -> Result<Self, Cancelled> {
+        let (view, camera) = (&made_of.view, &made_of.camera);
+        let eye = Eye::of(view);
+        let corners = placed.in_view((view, camera), centre, room, ticket)?;
+        let seen = in_runs(placed.triangles.len(), ticket, |run| {
+            let seen = run.filter_map(|number| {
+                let of = placed.triangles[number].map(|i| &corners[i as usize]);
+                let (around, span) = bounds(of, &eye, view.size)?;
+                Some(Bounded { number: number as u32, around, span })
+            });
+            seen.collect()
+        })?;
+        let (seen, depth_of_bin) = match made_of.hides {
+            true => nearest_first(&seen),
+            false => (seen, f32::INFINITY),
+        };
+        let spans: Vec<Span> = seen.iter().map(|one| one.span).collect();
+        let cells = Cells::new(view.size, &spans, ticket)?;
+        let lights = made_of.lighting.lights.iter().filter(|_| made_of.lighting.uses_lights());
+        let lights = lights.map(|l| (l.towards(camera), DVec3::from(l.colour.to_linear().0)));
+        Ok(Self {
+            corners,
+            triangles: seen.iter().map(|one| one.number).collect(),
+            boxes: seen.iter().map(|one| one.around).collect(),
+            cells,
+            eye,
+            depth_of_bin,
+            lights: lights.collect(),
+            placed: Arc::clone(placed),
+            made_of,
+        })
+    }
+
+    /// What the pixels of a tile see, whose first one is `corner`; `None` where that is nothing.
+    fn seen_in(&self, corner: [u32; 2]) -> Option<Fragments> {
         let mut list = Vec::new();
         let mut most = MOST_KEPT;
         let mut nearest = self.made_of.hides.then_some([[f32::INFINITY; SAMPLES.len()]; PIXELS]);
-        for &number in self.cells.at(corner) {
+        for (i, &number) in self.cells.at(corner).iter().enumerate() {
+            if i.is_multiple_of(BETWEEN_LOOKS)
+                && let Some(nearest) = &nearest
+            {
+                let farthest =
+                    nearest.as_flattened().iter().fold(f32::NEG_INFINITY, |most, t| most.max(*t));
+                // Everything that follows is hidden.
+                if self.boxes[number as usize].nearest - self.depth_of_bin > farthest {
+                    break;
+                }
+            }
             self.add(number, corner, (&mut list, nearest.as_mut()));
             if list.len() >= most && self.made_of.hides {
                 sort(&mut list);
@@ -296,7 +339,7 @@ impl Polygons {
     ) -> Fragment {
         let at =
             self.upper_left(corner) + place_in_tile(usize::from(pixel)) + DVec2::new(0.5, -0.5);
-        let colour = self.lit(&self.triangles[triangle as usize], shares, at);
+        let colour = self.lit(&self.placed.looks[triangle as usize], shares, at);
         Fragment { t, opacity, colour: colour.as_vec3().to_array(), samples }
     }
 
@@ -326,8 +369,11 @@ impl Polygons {
                 return;
             }
         }
-        let triangle = &self.triangles[number as usize];
-        let Some(seen) = Seen::new(triangle, &self.eye) else { return };
+        let triangle = self.triangles[number as usize];
+        let corners = self.placed.triangles[triangle as usize];
+        let corners = corners.map(|i| self.corners[i as usize].at);
+        let Some(seen) = Seen::new(corners, &self.eye) else { return };
+        let opacity = self.placed.opacity(triangle);
         for pixel in rows.flat_map(|y| columns.clone().map(move |x| y * side + x)) {
             let at = upper_left + place_in_tile(pixel);
             let samples = seen.covers(at);
@@ -339,16 +385,16 @@ impl Polygons {
                     if covered.clone().all(|bit| nearest[bit] < t) {
                         continue;
                     }
-                    if 1.0 - triangle.opacity <= LEAST_THROUGH {
+                    if 1.0 - opacity <= LEAST_THROUGH {
                         covered.for_each(|bit| nearest[bit] = nearest[bit].min(t));
                     }
                 }
                 list.push(Met {
                     t: depth as f32,
-                    opacity: triangle.opacity,
+                    opacity,
                     samples,
                     pixel: pixel as u8,
-                    triangle: number,
+                    triangle,
                     shares,
                 });
             }
@@ -356,11 +402,11 @@ impl Polygons {
     }
 
     /// What the lights make of a triangle at a place on it: both sides are lit.
-    fn lit(&self, triangle: &Triangle, shares: [f64; 3], screen: DVec2) -> DVec3 {
+    fn lit(&self, painted: &Painted, shares: [f64; 3], screen: DVec2) -> DVec3 {
         let MadeOf { view, camera, lighting, .. } = &self.made_of;
         let sum =
             |of: &dyn Fn(usize) -> DVec3| -> DVec3 { (0..3).map(|i| of(i) * shares[i]).sum() };
-        let Painted { normals, colours, .. } = &self.placed.looks[triangle.number as usize];
+        let Painted { normals, colours, .. } = painted;
         let normal = sum(&|i| DVec3::from(normals[i].map(f64::from)));
         let normal = normal.normalize_or_zero();
         let albedo = sum(&|i| DVec3::from(colours[i].to_linear().0));
@@ -399,7 +445,7 @@ fn in_runs<T: Send>(
 }
 
 impl Placed {
-    fn of(layers: &[PolygonLayer], ticket: &Ticket) -> Result<Self, Cancelled> {
+    fn of(layers: Vec<PolygonLayer>, ticket: &Ticket) -> Result<Self, Cancelled> {
         let mut placed = Self::default();
         for (layer, number) in layers.iter().zip(0_u32..) {
             let begin = placed.places.len();
@@ -417,7 +463,43 @@ impl Placed {
         placed.places.shrink_to_fit();
         placed.triangles.shrink_to_fit();
         placed.looks.shrink_to_fit();
-        Ok(placed)
+        Ok(Self { layers, ..placed })
+    }
+
+    /// The opacity of a triangle.
+    fn opacity(&self, triangle: u32) -> f32 {
+        self.layers[self.looks[triangle as usize].layer as usize].look.opacity as f32
+    }
+
+    /// All corners as a camera sees them; the centre is that of what it looks at. `corners` is room that there was for them.
+    fn in_view(
+        &self,
+        (view, camera): (&View, &Camera),
+        centre: DVec3,
+        mut corners: Vec<Corner>,
+        ticket: &Ticket,
+    ) -> Result<Vec<Corner>, Cancelled> {
+        let eye = Eye::of(view);
+        let rotation = camera.view_from_world_rotation();
+        let beside = view.view_centre.truncate().extend(0.0);
+        let origins: Vec<DVec3> =
+            self.layers.iter().map(|layer| layer.mesh.origin() - centre).collect();
+        corners.resize(self.places.len(), Corner::default());
+        let runs = corners.chunks_mut(A_RUN).zip(self.places.chunks(A_RUN)).enumerate();
+        parallel::try_each(runs, |(i, (corners, places))| {
+            look(ticket)?;
+            let mut layer = self.ends.partition_point(|end| *end <= i * A_RUN);
+            for ((corner, place), number) in corners.iter_mut().zip(places).zip(i * A_RUN..) {
+                while number >= self.ends[layer] {
+                    layer += 1;
+                }
+                let from_centre = place.as_dvec3() + origins[layer];
+                let at = rotation * from_centre * view.pixels_per_unit + beside;
+                *corner = Corner { at, on_picture: at.truncate() / eye.scale(at.z) };
+            }
+            Ok(())
+        })?;
+        Ok(corners)
     }
 
     /// The number of a place of the layer that begins at `begin`: that of one of the last triangles' corners, or a new one.
@@ -466,7 +548,7 @@ fn leave_out_hidden(list: &mut Vec<Met>) {
 
 /// The box about a triangle in view space, and the cells that it may touch; `None` where it lies between all samples, as most do
 /// of a mesh that is fine beside the pixels, or behind the eye.
-fn bounds([a, b, c]: &[Corner; 3], eye: &Eye, size: [u32; 2]) -> Option<(Box3, Span)> {
+fn bounds([a, b, c]: [&Corner; 3], eye: &Eye, size: [u32; 2]) -> Option<(Box3, Span)> {
     let near = a.at.z.min(b.at.z).min(c.at.z);
     let [right, up] = match near >= eye.nearest {
         true => {
@@ -488,6 +570,32 @@ fn bounds([a, b, c]: &[Corner; 3], eye: &Eye, size: [u32; 2]) -> Option<(Box3, S
     let columns = [right[0] + half[0] - 0.5, right[1] + half[0] + 0.5];
     let rows = [half[1] - up[1] - 0.5, half[1] - up[0] + 0.5];
     Some((Box3::about([right, up], near), Span::of(size, columns, rows)?))
+}
+
+/// Triangles in the order of the nearest part of each, as far as bins of depth tell them apart, and how deep a bin is: what lies
+/// before others comes first, and most of what they would hide need not be looked at.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bins")]
+fn nearest_first(seen: &[Bounded]) -> (Vec<Bounded>, f32) {
+    let depths = || seen.iter().map(|one| one.around.nearest).filter(|depth| depth.is_finite());
+    let [least, most] = depths().fold([f32::MAX, f32::MIN], |[a, b], d| [a.min(d), b.max(d)]);
+    let depth_of_bin = (most - least).max(f32::MIN_POSITIVE) / (BINS - 1) as f32;
+    let bin = |one: &Bounded| {
+        (((one.around.nearest - least) / depth_of_bin).max(0.0) as usize).min(BINS - 1)
+    };
+    let mut begins = [0; BINS + 1];
+    for one in seen {
+        begins[bin(one) + 1] += 1;
+    }
+    for i in 0..BINS {
+        begins[i + 1] += begins[i];
+    }
+    let mut order = vec![0_u32; seen.len()];
+    for (one, number) in seen.iter().zip(0..) {
+        let place = &mut begins[bin(one)];
+        order[*place] = number;
+        *place += 1;
+    }
+    (order.into_iter().map(|number| seen[number as usize]).collect(), 2.0 * depth_of_bin)
 }
 
 /// Where the eye is.
@@ -548,10 +656,9 @@ struct Seen {
 
 impl Seen {
     /// `None` where it is seen from its edge, or lies behind the eye, or where a corner is not a number.
-    fn new(triangle: &Triangle, eye: &Eye) -> Option<Self> {
+    fn new(corners: [DVec3; 3], eye: &Eye) -> Option<Self> {
         /// The least number that is greater than 0.
         const MORE_THAN_0: f64 = f64::from_bits(1);
-        let corners = triangle.corners;
         let depths = [corners[0].z, corners[1].z, corners[2].z];
         let is_before = |depth: &f64| *depth >= eye.nearest;
         if !depths.iter().any(is_before) {
@@ -632,13 +739,12 @@ mod tests {
     use crate::volume::Lattice;
 
     /// A square in the plane that is looked at, cut into triangles about a grid of corners; some lie on samples.
-    fn square(corners: usize) -> Vec<Triangle> {
+    fn square(corners: usize) -> Vec<[DVec3; 3]> {
         let at = |i: usize| {
             let [x, y] = [i % corners, i / corners].map(|n| n as f64 - (corners / 2) as f64);
             DVec3::new(3.0 * x + 0.375, 3.0 * y - 0.125, 2.0 * x - 0.5 * y)
         };
-        let triangle =
-            |corners: [usize; 3]| Triangle { corners: corners.map(at), opacity: 1.0, number: 0 };
+        let triangle = |corners: [usize; 3]| corners.map(at);
         let cells = (0..(corners - 1) * (corners - 1)).map(|i| {
             let first = i / (corners - 1) * corners + i % (corners - 1);
             // Every other one the other way round.
@@ -657,7 +763,7 @@ mod tests {
             let view = View::of(&camera, &lattice, [24, 24]);
             let triangles = square(17);
             let eye = Eye::of(&view);
-            let seen: Vec<Seen> = triangles.iter().filter_map(|t| Seen::new(t, &eye)).collect();
+            let seen: Vec<Seen> = triangles.iter().filter_map(|t| Seen::new(*t, &eye)).collect();
             let mut covered = 0;
             for i in 0..48 * 48 {
                 // In quarters of a pixel, so that samples lie on the edges, too.
@@ -730,8 +836,7 @@ mod tests {
         // A floor one pixel under the eye, from far behind it to far before it.
         let corners = [[-9e3, -1.0, -9e3], [9e3, -1.0, -9e3], [0.0, -1.0, 9e5]].map(DVec3::from);
         let corners = corners.map(|corner| corner - DVec3::Z * view.view_centre.z);
-        let triangle = Triangle { corners, opacity: 1.0, number: 0 };
-        let seen = Seen::new(&triangle, &Eye::of(&view)).expect("it is seen");
+        let seen = Seen::new(corners, &Eye::of(&view)).expect("it is seen");
         // The first sample of the pixel that has it there.
         let covers = |x: f64, y: f64| {
             let [right, down] = SAMPLES[0];

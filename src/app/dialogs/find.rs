@@ -125,7 +125,7 @@ impl Find {
             ui.add_space(6.0);
             let moved = up + down > 0;
             let room = (ui.ctx().content_rect().height() - AROUND).clamp(80.0, LIST);
-            let list = ScrollArea::vertical().max_height(room).auto_shrink([false, true]);
+            let list = ScrollArea::vertical().max_height(room).auto_shrink(false);
             let taken = list.show(ui, |ui| {
                 ui.spacing_mut().item_spacing.y = 1.0;
                 let rows = found.iter().enumerate();

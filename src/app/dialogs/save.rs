@@ -145,7 +145,10 @@ impl SaveDialog {
                 ui.end_row();
             });
             if let Some(ms) = self.expected_ms() {
-                let text = format!("Drawing takes up to {}, in the background", words::roughly(ms));
+                let text = format!(
+                    "Drawing takes up to {}; getting ready and writing the file, a few seconds more",
+                    words::roughly(ms)
+                );
                 ui.add(Label::new(RichText::new(text).color(theme::TEXT_FAINT))).on_hover_text(
                     "From what the view on screen took, by the number of pixels. The window stays free, and the \
                      bar over the view tells how much is left",

@@ -179,6 +179,12 @@ fn planes_ui(ui: &mut Ui, clip: &mut Clip, offered: &Normals, lattice: &Lattice)
     }
 }
 
+/// A plane through the middle that cuts away what lies before it.
+pub fn add_plane(scene: &mut Scene) {
+    let plane = Plane { point: scene.lattice().centre(), normal: scene.camera.direction };
+    scene.inside.clip.planes.push(plane);
+}
+
 /// The normals on offer: what planes across them are called, and towards where. The last is the view's.
 type Normals = [(&'static str, DVec3); 4];
 

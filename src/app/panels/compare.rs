@@ -2,7 +2,7 @@
 
 use eframe::egui::{Slider, Ui};
 
-use super::{row_ui, slider_ui};
+use super::{row_ui, slider_ui, typed};
 use crate::app::compare::{Compare, Display, MOST_DOUBLINGS};
 use crate::app::words;
 use crate::scene::{Inside, SplatSettings};
@@ -34,14 +34,26 @@ pub fn compare_ui(ui: &mut Ui, compare: &mut Compare, first: &mut SplatSettings,
         let gain = f64::from(compare.gain());
         let fits = compare.fits && compare.display == Display::Difference;
         let shown = move |doublings: f64| if fits { gain } else { 2.0_f64.powf(doublings) };
+        let ctx = ui.ctx().clone();
         let slider = Slider::new(&mut compare.doublings, 0..=MOST_DOUBLINGS)
             .custom_formatter(move |doublings, _| {
                 format!("×{}", words::value((shown(doublings) * 10.0).round() / 10.0))
             })
-            .custom_parser(|text| {
-                let times: f64 = text.trim_start_matches('×').trim().parse().ok()?;
-                (times > 0.0).then(|| times.log2())
-            });
+            .custom_parser(move |text| {
+                let times = typed::from_text(text.trim().trim_start_matches('×'))?;
+                let doublings = times.log2();
+                let is_taken = doublings.fract() == 0.0
+                    && (0.0..=f64::from(MOST_DOUBLINGS)).contains(&doublings);
+                if !is_taken {
+                    let (times, most) = (words::value(times), 1_u32 << MOST_DOUBLINGS);
+                    let why = format!(
+                        "Amplify takes 1, 2, 4 and so on to {most}: {times} changes nothing"
+                    );
+                    typed::say(&ctx, &why);
+                }
+                is_taken.then_some(doublings)
+            })
+            .update_while_editing(false);
         let is_difference = compare.display == Display::Difference;
         slider_ui(ui, "Amplify", is_difference && !compare.fits, slider)
             .on_hover_text("How much brighter than it is the difference is shown")

@@ -64,6 +64,11 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
         ),
         _ => ("", "The least and the greatest finite value"),
     };
+    let range_help = format!(
+        "{range_help}: {} and {}",
+        words::value(statistics.min),
+        words::value(statistics.max)
+    );
     let shape = &document.grid.shape;
     let lattice_rows = [
         (
@@ -85,8 +90,8 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
         ("Type", volume.samples.scalar_type().name().to_owned(), "How each number is stored"),
         (
             "Range",
-            format!("{} to {}{hounsfield}", words::value(statistics.min), words::value(statistics.max)),
-            range_help,
+            format!("{}{hounsfield}", words::range([statistics.min, statistics.max])),
+            &range_help,
         ),
         match shape {
             Shape::Affine => ("Mean", words::value(statistics.mean), "Of the finite values"),

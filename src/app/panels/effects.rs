@@ -9,11 +9,12 @@ use crate::app::{theme, words};
 use crate::core::memory::human_bytes;
 use crate::task::effect_costs::AddedTime;
 
-/// Width of the reasons, points.
-const WHY_WIDTH: f32 = 250.0;
+/// Width of the reasons, points: where there is little room they are cut short, and the other columns seen.
+const WHY_WIDTH: [f32; 2] = [90.0, 250.0];
+const OTHER_COLUMNS: f32 = 400.0;
 /// How much of the window the rows may cover, as parts of its width and height, and what they are not made
 /// smaller than, points: what is left shows what they change.
-const MOST: Vec2 = vec2(0.6, 0.35);
+const MOST: Vec2 = vec2(0.72, 0.35);
 const LEAST: Vec2 = vec2(120.0, 60.0);
 /// Height of the menus, and width of the bar by which the rows are scrolled, points.
 const MENUS: f32 = 28.0;
@@ -94,6 +95,7 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
     let mut place = ctx.content_rect();
     place.min.y += MENUS;
     let room = (place.size() * MOST).max(LEAST);
+    let why_width = (room.x - OTHER_COLUMNS).clamp(WHY_WIDTH[0], WHY_WIDTH[1]);
     let frame = ctx.global_style().spacing.window_margin.sum() + Vec2::splat(2.0);
     let panel = Floating::new("Effects").open(&mut open).resizable(false).collapsible(true);
     let panel = panel.constrain_to(place).default_pos(pos2(16.0, 48.0));
@@ -102,7 +104,7 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
         let scroll = ScrollArea::both().max_width(room.x).max_height(room.y);
         let scroll = scroll.min_scrolled_width(room.x).min_scrolled_height(room.y);
         let beside_bar = Frame::new().inner_margin(Margin { right: BAR, ..Margin::ZERO });
-        scroll.show(ui, |ui| beside_bar.show(ui, |ui| rows_ui(ui, rows)));
+        scroll.show(ui, |ui| beside_bar.show(ui, |ui| rows_ui(ui, rows, why_width)));
         let all = all_bytes.map_or_else(|| "–".to_owned(), human_bytes);
         let text = format!("Memory for drawing in all: {all}");
         ui.label(RichText::new(text).size(12.0).color(theme::TEXT_FAINT)).on_hover_text(
@@ -113,7 +115,7 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
     open
 }
 
-fn rows_ui(ui: &mut Ui, rows: &[Row]) {
+fn rows_ui(ui: &mut Ui, rows: &[Row], why_width: f32) {
     Grid::new("effects").num_columns(6).spacing([14.0, 4.0]).striped(true).show(ui, |ui| {
         for (title, help) in [
             ("Effect", ""),
@@ -137,12 +139,12 @@ fn rows_ui(ui: &mut Ui, rows: &[Row]) {
         }
         ui.end_row();
         for row in rows {
-            row_ui(ui, row);
+            row_ui(ui, row, why_width);
         }
     });
 }
 
-fn row_ui(ui: &mut Ui, row: &Row) {
+fn row_ui(ui: &mut Ui, row: &Row, why_width: f32) {
     let colour = match row.run {
         Run::Off => theme::TEXT_FAINT,
         Run::On => theme::TEXT,
@@ -161,8 +163,8 @@ fn row_ui(ui: &mut Ui, row: &Row) {
         );
     }
     ui.scope(|ui| {
-        ui.set_min_width(WHY_WIDTH);
-        ui.set_max_width(WHY_WIDTH);
+        ui.set_min_width(why_width);
+        ui.set_max_width(why_width);
         ui.add(Label::new(RichText::new(&row.why).color(colour)).truncate());
     });
     let (time, detail) = time_words(row.time);

@@ -23,6 +23,12 @@ const SIDE: f32 = 58.0;
 const RINGS: u32 = 7;
 const SECTORS: u32 = 28;
 
+/// One more light, from the right.
+pub(super) fn add(lighting: &mut Lighting) {
+    let direction = DVec3::new(0.9, 0.1, 0.4);
+    lighting.lights.push(Light { direction, ..Light::HEADLIGHT });
+}
+
 /// Every light, and what matter makes of them.
 pub(super) fn lighting_ui(ui: &mut Ui, lighting: &mut Lighting, camera: &Camera) {
     let material = lighting.clone();
@@ -31,8 +37,7 @@ pub(super) fn lighting_ui(ui: &mut Ui, lighting: &mut Lighting, camera: &Camera)
         light_ui(ui, &format!("Light {}", i + 1), light, &material, camera)
     };
     if listed_ui(ui, &mut lighting.lights, MOST_LIGHTS, more, one) {
-        let direction = DVec3::new(0.9, 0.1, 0.4);
-        lighting.lights.push(Light { direction, ..Light::HEADLIGHT });
+        add(lighting);
     }
     let shares = [
         ("Ambient", &mut lighting.ambient, "Share of the colours that is seen without any light"),

@@ -2,7 +2,7 @@
 
 use eframe::egui::epaint::Mesh;
 use eframe::egui::{
-    Atom, AtomExt as _, Button, ComboBox, IdSalt, Rect, Response, RichText, Shape, Ui, pos2, vec2,
+    Atom, Button, ComboBox, IdSalt, Rect, Response, RichText, Shape, Ui, pos2, vec2,
 };
 
 use super::{graph, row_ui};
@@ -65,7 +65,7 @@ pub(super) fn choose_ui(ui: &mut Ui, name: &str, chosen: Option<ColourMap>) -> O
 /// One colour map in the list, with its swatch.
 fn map_choice_ui(ui: &mut Ui, map: ColourMap, selected: bool) -> Response {
     let swatch = IdSalt::new("swatch");
-    let atoms = (Atom::custom(swatch, SWATCH), words::colour_map(map).atom_grow(true));
+    let atoms = (Atom::custom(swatch, SWATCH), words::colour_map(map), Atom::grow());
     let shown = Button::selectable(selected, atoms).atom_ui(ui);
     if let Some(rect) = shown.rect(swatch) {
         paint_map(ui, rect, map);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use eframe::egui::{Button, ComboBox, Ui};
 
 use super::inside::note_ui;
-use super::light::lighting_ui;
+use super::light::{self, lighting_ui};
 use super::shading_table::{Entry, TableEditor, table_ui};
 use super::splat::combo_ui;
 use super::{name_ui, row_ui};
@@ -41,6 +41,14 @@ impl ShadingEditor {
     pub fn toggle_lights(&mut self, shading: &mut Shading) {
         let on = shading.lighting.is_none();
         switch(on, &mut shading.lighting, &mut self.kept.lighting, Lighting::default);
+    }
+
+    /// One more light beside those there are, which are switched on.
+    pub fn add_light(&mut self, shading: &mut Shading) {
+        if shading.lighting.is_none() {
+            self.toggle_lights(shading);
+        }
+        shading.lighting.iter_mut().for_each(light::add);
     }
 }
 

@@ -89,7 +89,7 @@ fn refusal(name: &str, typed: f64, [least, most]: [f64; 2]) -> String {
 }
 
 /// As the interface reads numbers: spaces part thousands, and a long minus is one, too.
-fn from_text(text: &str) -> Option<f64> {
+pub(super) fn from_text(text: &str) -> Option<f64> {
     let text: String = text.chars().filter(|c| !c.is_whitespace()).collect();
     text.replace('\u{2212}', "-").parse().ok().filter(|typed: &f64| !typed.is_nan())
 }

@@ -4,7 +4,7 @@ use eframe::egui::{CollapsingHeader, ComboBox, RichText, Ui};
 
 use super::splat::{combo_ui, slider_row};
 use super::{maps, reset_ui, row_ui, slider_ui, typed};
-use crate::app::theme;
+use crate::app::{theme, words};
 use crate::core::Srgb8;
 use crate::transfer::ColourSource;
 use crate::vector::{ColourBy, Design, Foreshortening, MOST_STRETCH, VectorMode, VectorSettings};
@@ -100,15 +100,15 @@ fn opacity_ui(
         true => "Shorter vectors are transparent, and cost nothing",
         false => "Vectors where it is less are transparent, and cost nothing",
     };
-    let slider =
-        typed::slider(ui, &names.of("Visible from"), &mut shown_from, least..=most).max_decimals(6);
+    let slider = typed::slider(ui, &names.of("Visible from"), &mut shown_from, least..=most)
+        .custom_formatter(|length, _| words::value(length));
     changed |= slider_row(ui, "Visible from", &names.of("Visible from"), slider, help);
     let help = match of_length {
         true => "Vectors of this length and longer have the greatest opacity",
         false => "Vectors where it is this much and more have the greatest opacity",
     };
-    let slider =
-        typed::slider(ui, &names.of("Opaque from"), &mut full_from, least..=most).max_decimals(6);
+    let slider = typed::slider(ui, &names.of("Opaque from"), &mut full_from, least..=most)
+        .custom_formatter(|length, _| words::value(length));
     changed |= slider_row(ui, "Opaque from", &names.of("Opaque from"), slider, help);
     let slider =
         typed::slider(ui, &names.of("Vector opacity"), &mut opacity, 0.0..=1.0).max_decimals(3);

@@ -15,7 +15,7 @@ const GAP: f64 = 0.35;
 /// Between two ticks at least, ems.
 const BETWEEN: f64 = 4.0;
 /// Edges shorter than this on the picture have no ticks, ems.
-const SHORT: f64 = 3.0;
+const SHORT: f64 = 6.0;
 /// How far lines end before what else is there, ems.
 const BESIDE_LINES: f64 = 0.2;
 /// How plain the outline of the box is, and its edges before the volume.
@@ -214,7 +214,8 @@ fn ruler(sheet: &Sheet<'_>, seen: &Seen<'_>, axis: usize) -> Option<Ruler> {
                 .collect();
             // What ties is decided by the edge's number, so that it stays where it is.
             let liking = marks.len().min(3) as f64 + 0.9 * outwards.y - 0.6 * outwards.x;
-            (!marks.is_empty()).then_some((liking, Ruler { edge, outwards, marks }))
+            // One number alone tells no scale.
+            (marks.len() > 1).then_some((liking, Ruler { edge, outwards, marks }))
         });
     let better = |a: (f64, Ruler), b: (f64, Ruler)| if b.0 > a.0 + 1e-6 { b } else { a };
     candidates.reduce(better).map(|(_, ruler)| ruler)

@@ -54,9 +54,10 @@ impl Scene {
         self.little_seen(places)
     }
 
-    /// Fades the field where its matter hides places of the world; whether it did.
+    /// Fades the field where its matter hides places of the world, or is a body that these lie in; whether it did.
     pub fn uncover(&mut self, world: impl ExactSizeIterator<Item = DVec3>) -> bool {
-        let is_hidden = self.can_fade() && self.little_seen_of_places(world).is_some();
+        let is_hidden = self.can_fade()
+            && (self.is_opaque_body() || self.little_seen_of_places(world).is_some());
         if is_hidden {
             self.fade(true);
         }
@@ -260,8 +261,9 @@ mod tests {
         body.inside.along = AlongRay::Maximum;
         assert!(!opacities(&mut body, 0.9), "nothing of a slice is shown");
         body.inside.along = AlongRay::Composite;
-        body.fade(true);
+        assert!(opacities(&mut body, 0.9) && body.uncover([DVec3::ZERO].into_iter()));
         assert!(!opacities(&mut body, 0.9), "it was faded already");
+        assert!(!body.uncover([DVec3::ZERO].into_iter()), "and is not faded again");
     }
 
     #[test]
