@@ -12,6 +12,7 @@ use eframe::egui::{
 
 use super::actions::{ACTIONS, Action, Entry, Menu, entry_of};
 use super::camera_control;
+use super::commands::told_of;
 use super::document::Source;
 use super::notices::text_and_button_ui;
 use super::panels::data::DataChoice;
@@ -23,7 +24,7 @@ use super::panels::{
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
-use super::window::{JobView, Window, told_of};
+use super::window::{JobView, Window};
 use super::{annotations, modes, theme, words};
 use crate::scene::{AlongRay, Inside, axis_letters, offers};
 use crate::task::annotations::laid_out;

@@ -9,6 +9,7 @@ pub mod annotations;
 pub mod camera_control;
 pub mod cells;
 pub mod clip_box;
+mod commands;
 pub mod compare;
 pub mod dialogs;
 mod display;

@@ -1,19 +1,17 @@
 //! The window's state, and what its commands, jobs and dialogs do to it.
 
 use std::collections::HashMap;
-use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use eframe::egui::{Context, Ui, ViewportCommand};
+use eframe::egui::{Context, Ui};
 
 use super::Content;
-use super::actions::{self, Action};
 use super::camera_control;
 use super::cells::CellsOverlay;
 use super::clip_box::BoxHandles;
-use super::compare::{Compare, Display};
+use super::compare::Compare;
 use super::dialogs::Outcome;
 use super::dialogs::find::Find;
 use super::dialogs::named_file::{NamedFileDialog, Purpose};
@@ -28,21 +26,20 @@ use super::exchanging::LoadingDesign;
 use super::field_colours::FieldColours;
 use super::file_dialog::FileDialog;
 use super::first_hint::FirstHint;
-use super::flow::{Flow, FlowShape};
+use super::flow::Flow;
 use super::history::History;
 use super::job::Job;
-use super::layout::{NO_SIDE_ROOM, has_side_room};
 use super::leveling::Leveling;
 use super::measuring::{EstimateRecord, Measuring, StartMeasuring};
 use super::notices::Notices;
 use super::opening::Loading;
 use super::pacing::{News, Pacing};
 use super::panels::accuracy::AccuracyPanel;
-use super::panels::clip::{self, ClipEditor};
+use super::panels::clip::ClipEditor;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
-use super::panels::{self, CLIP, INSIDE, inside, typed};
-use super::polygons::{Polygons, Surfaces};
+use super::panels::typed;
+use super::polygons::Polygons;
 use super::probing::Probing;
 use super::rate::PictureRate;
 use super::saving::{Renderer, Saved};
@@ -50,13 +47,10 @@ use super::settings::Settings;
 use super::slice_handles::SliceHandles;
 use super::theme;
 use super::undoing::State;
-use super::vectors::{Vectors, faded_for};
+use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
-use crate::core::{Camera, Projection};
-use crate::scene::{
-    Annotation, Annotations, Inside, MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_LIGHTS, MOST_SLICES,
-    Moving, NamedView, Orientation, Scene, SplatSettings,
-};
+use crate::core::Camera;
+use crate::scene::{Annotation, Annotations, Moving, NamedView, Orientation, Scene, SplatSettings};
 use crate::task::annotations::beside_bars;
 use crate::task::engine::EngineState;
 use crate::task::level::LevelOfDetail;
@@ -292,280 +286,10 @@ impl Window {
         self.loading.is_some()
     }
 
-    /// Does what a command says.
-    pub(super) fn perform(&mut self, ctx: &Context, action: Action) {
-        if let Some(reason) = self.why_not(action) {
-            self.notices.hint(reason);
-            return;
-        }
-        match action {
-            Action::Open => self.file_dialog = Some((self.parts.chooser)(ctx)),
-            Action::OpenFolder => self.file_dialog = Some(FileDialog::open_folder(ctx)),
-            Action::OpenPath => self.ask_for_path(),
-            Action::RawLayout => self.ask_raw_layout_again(),
-            Action::EmbedPolygons => self.choose_surfaces(ctx, Surfaces::Polygons),
-            Action::AddLabels => self.choose_surfaces(ctx, Surfaces::Labels),
-            Action::SavePicture => self.ask_to_save(),
-            Action::SaveScreenshot => self.save_screenshot(ctx),
-            Action::LoadTransfer
-            | Action::SaveTransfer
-            | Action::CopyTransfer
-            | Action::PasteTransfer => self.exchange(ctx, action),
-            Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
-            Action::Undo => self.step(ctx, true),
-            Action::Redo => self.step(ctx, false),
-            Action::PreviousView => self.step_view(ctx, true),
-            Action::NextView => self.step_view(ctx, false),
-            Action::ViewFront => self.fit(NamedView::Front),
-            Action::ViewBack => self.fit(NamedView::Back),
-            Action::ViewLeft => self.fit(NamedView::Left),
-            Action::ViewRight => self.fit(NamedView::Right),
-            Action::ViewTop => self.fit(NamedView::Top),
-            Action::ViewBottom => self.fit(NamedView::Bottom),
-            Action::ViewIsometric => self.fit(NamedView::Isometric),
-            Action::RollLeft => self.change_camera(|camera| camera.rolled(-FRAC_PI_2)),
-            Action::RollRight => self.change_camera(|camera| camera.rolled(FRAC_PI_2)),
-            Action::TurnUpsideDown => self.turn_upside_down(),
-            Action::ToggleProjection => {
-                let angle = self.settings.view_angle_deg;
-                self.change_camera(|camera| camera_control::with_other_projection(camera, angle));
-            }
-            Action::ResetView => self.reset_view(),
-            Action::Converge => self.converge(),
-            Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
-            Action::ToggleProbe => self.toggle_probe(ctx),
-            Action::EndTools => self.end_tools(ctx),
-            Action::ToggleAnimation => self.toggle_animation(ctx),
-            Action::AddSlice => self.add_inside(ctx, inside::add_slice),
-            Action::AddIsosurface => self.add_inside(ctx, inside::add_isosurface),
-            Action::ToggleClipBox => self.toggle_clip_box(ctx),
-            Action::AddClipPlane => {
-                self.scene.iter_mut().for_each(clip::add_plane);
-                self.show_section(ctx, CLIP);
-            }
-            Action::AddLight => self.add_light(ctx),
-            Action::MakeStreamlines => {
-                self.show_section(ctx, panels::VECTORS);
-                panels::seek(ctx, panels::flow::FLOW);
-                self.start_flow(ctx, FlowShape::Streamlines);
-            }
-            Action::ToggleLights => self.toggle_lights(),
-            Action::ToggleFade => self.toggle_fade(),
-            Action::ShowFaded => {
-                self.scene.iter_mut().for_each(|scene| scene.fade(false));
-            }
-            Action::ShowVectors => self.show_first_vectors(ctx),
-            Action::ToggleEffects => self.effects.open = !self.effects.open,
-            Action::ToggleScalarBar => self.toggle_annotation(Annotation::ScalarBar),
-            Action::ToggleScaleBar => self.toggle_annotation(Annotation::ScaleBar),
-            Action::ToggleAxes => self.toggle_annotation(Annotation::Axes),
-            Action::ToggleTrihedron => self.toggle_annotation(Annotation::Trihedron),
-            Action::ToggleCells => self.toggle_cells(),
-            Action::ToggleSidePanel if !has_side_room(ctx) => self.notices.hint(NO_SIDE_ROOM),
-            Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
-            Action::ToggleAccuracy => self.toggle_accuracy(),
-            Action::ToggleCompare => self.toggle_compare(),
-            Action::ToggleDifference => {
-                self.compare.display = match self.compare.display {
-                    Display::Split => Display::Difference,
-                    Display::Difference => Display::Split,
-                };
-            }
-            Action::Find => self.dialog = Some(Dialog::Find(Find::default())),
-            Action::ToggleHelp => {
-                let shown = matches!(self.dialog, Some(Dialog::Help));
-                self.dialog = (!shown).then_some(Dialog::Help);
-            }
-            Action::About => self.dialog = Some(Dialog::About),
-        }
-    }
-
-    /// Why a command has nothing to work on, if so.
-    pub(super) fn why_not(&self, action: Action) -> Option<&'static str> {
-        const NO_MORE_SLICES: &str = "There are as many slices as there can be";
-        const NO_MORE_SURFACES: &str = "There are as many isosurfaces as there can be";
-        const NO_MORE_PLANES: &str = "There are as many clip planes as there can be";
-        const NO_MORE_LIGHTS: &str = "There are as many lights as there can be";
-        let scene = self.scene.as_ref();
-        let has_vectors = scene.is_some_and(|scene| !scene.vectors().is_empty());
-        let inside = scene.map(|scene| &scene.inside);
-        let has =
-            |count: fn(&Inside) -> usize, most: usize| inside.is_some_and(|i| count(i) >= most);
-        let lights = scene.and_then(|scene| scene.shading.lighting.as_ref());
-        match action {
-            Action::AddSlice | Action::AddIsosurface
-                if scene.is_none_or(|scene| scene.volume().is_none()) =>
-            {
-                Some("There is no volume to add that to: open one first")
-            }
-            Action::AddSlice if has(|i| i.slices.len(), MOST_SLICES) => Some(NO_MORE_SLICES),
-            Action::AddIsosurface if has(|i| i.isosurfaces.len(), MOST_ISOSURFACES) => {
-                Some(NO_MORE_SURFACES)
-            }
-            Action::AddClipPlane if has(|i| i.clip.planes.len(), MOST_CLIP_PLANES) => {
-                Some(NO_MORE_PLANES)
-            }
-            Action::AddLight if scene.is_none_or(|scene| scene.volume().is_none()) => {
-                Some("There is no volume to be lit: open one first")
-            }
-            Action::AddLight if lights.is_some_and(|l| l.lights.len() >= MOST_LIGHTS) => {
-                Some(NO_MORE_LIGHTS)
-            }
-            Action::ToggleClipBox | Action::AddClipPlane if scene.is_none() => {
-                Some("There is nothing to clip: open a volume first")
-            }
-            Action::MakeStreamlines | Action::ToggleAnimation if !has_vectors => {
-                let has_some =
-                    self.document.as_ref().is_some_and(|document| document.has_vectors());
-                Some(match (action, has_some) {
-                    (Action::MakeStreamlines, true) => {
-                        "Streamlines follow vectors that are shown: choose some under Vectors"
-                    }
-                    (Action::MakeStreamlines, false) => {
-                        "Streamlines follow vectors, and this file has none"
-                    }
-                    (_, true) => "There are no vectors to animate: choose some under Vectors",
-                    (_, false) => "Vectors are what is animated, and this file has none",
-                })
-            }
-            Action::ToggleDifference if !self.compare.on => {
-                Some("Differences are between two pictures: compare first, with C")
-            }
-            _ => None,
-        }
-    }
-
-    /// Whether what a command switches is on; `None` where it switches nothing.
-    pub(super) fn is_on(&self, action: Action) -> Option<bool> {
-        let scene = self.scene.as_ref();
-        let written = |which: Annotation| self.settings.annotations.has(which);
-        Some(match action {
-            Action::ToggleProjection => scene.is_some_and(|scene| {
-                matches!(scene.camera.projection, Projection::Perspective { .. })
-            }),
-            Action::ToggleLights => scene.is_some_and(|scene| scene.shading.lighting.is_some()),
-            Action::ToggleFade => scene.is_some_and(|scene| scene.inside.is_faded),
-            Action::ToggleScalarBar => written(Annotation::ScalarBar),
-            Action::ToggleScaleBar => written(Annotation::ScaleBar),
-            Action::ToggleAxes => written(Annotation::Axes),
-            Action::ToggleTrihedron => written(Annotation::Trihedron),
-            Action::ToggleAnimation => self.vectors.clock.is_running(),
-            Action::ToggleClipBox => scene.is_some_and(|scene| scene.inside.clip.bounds.is_some()),
-            Action::ToggleCells => self.cells.on,
-            Action::ToggleLeveling => self.leveling.on,
-            Action::ToggleProbe => self.probing.is_on(),
-            Action::ToggleSidePanel => self.settings.side_panel,
-            Action::ToggleAccuracy => self.accuracy.open,
-            Action::ToggleEffects => self.effects.open,
-            Action::ToggleCompare => self.compare.on,
-            Action::ToggleDifference => self.compare.display == Display::Difference,
-            Action::ToggleHelp => matches!(self.dialog, Some(Dialog::Help)),
-            _ => return None,
-        })
-    }
-
-    pub(super) fn toggle_probe(&mut self, ctx: &Context) {
-        let ctx = ctx.clone();
-        if let Err(reason) = self.probing.toggle(move || ctx.request_repaint()) {
-            self.notices.error(reason);
-        }
-    }
-
-    fn toggle_compare(&mut self) {
-        let Some(scene) = &self.scene else { return };
-        self.compare.toggle(&scene.splat, &scene.inside);
-        if self.compare.on {
-            self.tell_of_judging(
-                "While two modes are compared, pictures are not refined any further",
-            );
-        }
-    }
-
-    fn toggle_accuracy(&mut self) {
-        self.accuracy.open = !self.accuracy.open;
-        if self.accuracy.open {
-            self.tell_of_judging("While modes are measured, pictures are not refined any further");
-        }
-    }
-
-    /// Says why a picture that was refined is shown without that.
-    fn tell_of_judging(&mut self, why: &str) {
-        let refined = self.viewport.picture().and_then(|picture| picture.report.refined);
-        if refined.is_some_and(|refined| refined.convergence.last_difference.is_some()) {
-            self.notices.hint(why);
-        }
-    }
-
-    fn toggle_fade(&mut self) {
-        if let Some(scene) = &mut self.scene {
-            scene.fade(!scene.inside.is_faded);
-        }
-    }
-
-    /// Adds something that lies in the volume, whose row is in sight in the side panel then.
-    fn add_inside(&mut self, ctx: &Context, add: fn(&mut Scene)) {
-        let Some(scene) = &mut self.scene else { return };
-        let before = told_of(&scene.inside);
-        add(scene);
-        self.show_section(ctx, INSIDE);
-        self.tell_of_inside(before);
-    }
-
-    /// Opens a section of the side panel, and has it scrolled into sight.
-    pub(super) fn show_section(&mut self, ctx: &Context, name: &'static str) {
-        self.settings.sections.insert(name.to_owned(), true);
-        panels::seek(ctx, name);
-    }
-
-    /// What follows where slices or isosurfaces were added: a view of everything is one of these, too, and it is said where the volume
-    /// was faded for them.
-    pub(super) fn tell_of_inside(&mut self, (slices, was_faded): (usize, bool)) {
-        let Some(scene) = &self.scene else { return };
-        let (now, is_faded) = told_of(&scene.inside);
-        let (has_more_slices, is_faded) = (now > slices, is_faded && !was_faded);
-        if has_more_slices && let Some(view) = self.unmoved_view() {
-            self.fit(view);
-        }
-        if is_faded {
-            let name = if has_more_slices { "slice" } else { "isosurface" };
-            self.notices.offer(Action::ShowFaded, faded_for(name));
-        }
-    }
-
-    fn toggle_clip_box(&mut self, ctx: &Context) {
-        if let Some(scene) = &mut self.scene {
-            self.clip.toggle_box(scene);
-            self.show_section(ctx, CLIP);
-        }
-    }
-
-    fn toggle_annotation(&mut self, which: Annotation) {
-        let switch = self.settings.annotations.switch(which);
-        *switch = !*switch;
-    }
-
-    fn change_camera(&mut self, change: impl FnOnce(&Camera) -> Camera) {
-        if let Some(scene) = &mut self.scene {
-            scene.camera = change(&scene.camera);
-        }
-    }
-
     /// Which way round things are: as at the first look, with the axis up that was chosen.
     pub(super) fn orientation(&self) -> Orientation {
         let told = self.document.as_ref().map(|document| document.first_look.orientation);
         told.unwrap_or_default().with_up(self.scene.as_ref().and_then(|scene| scene.up))
-    }
-
-    fn turn_upside_down(&mut self) {
-        let up = self.orientation().up.flipped();
-        if let Some(scene) = &mut self.scene {
-            scene.up = Some(up);
-            scene.camera = scene.camera.rolled(PI);
-        }
-    }
-
-    fn reset_view(&mut self) {
-        self.fit(self.orientation().first_view());
     }
 
     /// Shows everything along a named view, by the projection that there is.
@@ -753,36 +477,6 @@ impl Window {
             ctx.request_repaint();
         }
     }
-
-    /// Runs the commands whose keys were pressed.
-    fn take_keys(&mut self, ctx: &Context) {
-        // While a dialog asks, keys are its own; only help closes by its own key. Steps go back behind it
-        // all the same, where no text is being typed.
-        let allowed = |action: &Action| match (&self.dialog, action) {
-            (None, _) | (Some(_), Action::Quit | Action::Undo | Action::Redo) => true,
-            (Some(Dialog::Help), Action::ToggleHelp) => true,
-            (Some(_), _) => false,
-        };
-        // The desktop's dialog for files may still be on its way: what is typed for it is no command.
-        let behind_dialog = self.file_dialog.is_some()
-            || self.dialog.as_ref().is_some_and(|dialog| !matches!(dialog, Dialog::Help));
-        if self.dialog.is_none() {
-            actions::leave_to_dialog(ctx);
-        }
-        let pressed = actions::pressed(ctx, self.escape_ends_tools(ctx), behind_dialog);
-        let pressed: Vec<Action> = pressed.into_iter().filter(allowed).collect();
-        for action in pressed {
-            match action {
-                Action::Undo => self.step_back_by_key(ctx),
-                _ => self.perform(ctx, action),
-            }
-        }
-    }
-}
-
-/// What is told of what lies in the volume, once it changes: how many slices there are, and whether the volume is faded.
-pub(super) fn told_of(inside: &Inside) -> (usize, bool) {
-    (inside.slices.len(), inside.is_faded)
 }
 
 /// A job as its progress bar shows it.

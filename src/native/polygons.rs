@@ -132,17 +132,23 @@ impl Box3 {
         Self { right: wider(right), up: wider(up), nearest: (nearest as f32).next_down() }
     }
 
-    /// The columns and rows of a square's pixels that it may touch, which has so many a side and an upper left corner.
-    fn within(&self, upper_left: DVec2, side: usize) -> Option<[Range<usize>; 2]> {
-        let range = |low: f32, high: f32| {
-            let most = side as f32;
-            let [first, end] = [low.floor(), high.floor() + 1.0].map(|x| x.clamp(0.0, most));
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-            let range = first as usize..end as usize;
-            (!range.is_empty()).then_some(range)
-        };
-        let [x, y] = [upper_left.x as f32, upper_left.y as f32];
-        Some([range(self.right[0] - x, self.right[1] - x)?, range(y - self.up[1], y - self.up[0])?])
+    /// Whether it may touch a tile by its upper left corner.
+    #[inline(always)]
+    fn touches(&self, [x, y]: [f32; 2]) -> bool {
+        const SIDE: f32 = TILE as f32;
+        let across = (self.right[0] < x + SIDE) & (self.right[1] >= x);
+        across & (self.up[1] > y - SIDE) & (self.up[0] <= y)
+    }
+
+    /// The columns and rows of a tile's pixels that it may touch.
+    fn within(&self, [x, y]: [f32; 2]) -> [Range<usize>; 2] {
+        // Conversions to whole numbers round towards 0.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let whole = |at: f32| at.clamp(0.0, TILE as f32) as usize;
+        [
+            whole(self.right[0] - x)..whole(self.right[1] - x + 1.0),
+            whole(y - self.up[1])..whole(y - self.up[0] + 1.0),
+        ]
     }
 }
 
@@ -294,6 +300,8 @@ impl InView {
     fn seen_in(&self, corner: [u32; 2]) -> Option<Fragments> {
         let mut list = Vec::new();
         let mut most = MOST_KEPT;
+        let upper_left = self.upper_left(corner);
+        let tile = [upper_left.x as f32, upper_left.y as f32];
         let mut nearest = self.made_of.hides.then_some([[f32::INFINITY; SAMPLES.len()]; PIXELS]);
         for (i, &number) in self.cells.at(corner).iter().enumerate() {
             if i.is_multiple_of(BETWEEN_LOOKS)
@@ -306,7 +314,9 @@ impl InView {
                     break;
                 }
             }
-            self.add(number, corner, (&mut list, nearest.as_mut()));
+            if self.boxes[number as usize].touches(tile) {
+                self.add(number, (upper_left, tile), (&mut list, nearest.as_mut()));
+            }
             if list.len() >= most && self.made_of.hides {
                 sort(&mut list);
                 leave_out_hidden(&mut list);
@@ -355,13 +365,12 @@ impl InView {
     fn add(
         &self,
         number: u32,
-        corner: [u32; 2],
+        (upper_left, tile): (DVec2, [f32; 2]),
         (list, mut nearest): (&mut Vec<Met>, Option<&mut [[f32; SAMPLES.len()]; PIXELS]>),
     ) {
-        let upper_left = self.upper_left(corner);
         let side = TILE as usize;
         let around = &self.boxes[number as usize];
-        let Some([columns, rows]) = around.within(upper_left, side) else { return };
+        let [columns, rows] = around.within(tile);
         if let Some(nearest) = nearest.as_deref() {
             let is_before = |pixel: usize| nearest[pixel].iter().any(|t| *t >= around.nearest);
             let mut row = rows.clone();
@@ -370,9 +379,9 @@ impl InView {
             }
         }
         let triangle = self.triangles[number as usize];
-        let corners = self.placed.triangles[triangle as usize];
-        let corners = corners.map(|i| self.corners[i as usize].at);
-        let Some(seen) = Seen::new(corners, &self.eye) else { return };
+        let [a, b, c] = self.placed.triangles[triangle as usize];
+        let at = |i: u32| self.corners[i as usize].at;
+        let Some(seen) = Seen::new([at(a), at(b), at(c)], &self.eye) else { return };
         let opacity = self.placed.opacity(triangle);
         for pixel in rows.flat_map(|y| columns.clone().map(move |x| y * side + x)) {
             let at = upper_left + place_in_tile(pixel);
@@ -628,8 +637,8 @@ fn has_sample(ends: [[f64; 2]; 2]) -> bool {
     // Samples lie at odd eighths of a pixel, and conversions to whole numbers, which round towards 0, take a fraction of the time that
     // rounding down takes where processors have no instruction for that.
     const BEYOND: f64 = (1 << 20) as f64;
-    #[expect(clippy::cast_possible_truncation, reason = "saturates")]
-    let eighths = |at: f64| (8.0 * (at + BEYOND)) as i32;
+    #[expect(clippy::cast_possible_truncation, reason = "clamped")]
+    let eighths = |at: f64| (8.0 * (at + BEYOND)).clamp(-1e9, 1e9) as i32;
     // The first eighth after the lower end, and the last one before the upper end.
     let [x, y] = ends.map(|[low, high]| [eighths(low - ROUNDING) + 1, eighths(high + ROUNDING)]);
     let holds = |[low, high]: [i32; 2], eighth: i32| (high - eighth) >> 3 > (low - eighth - 1) >> 3;
@@ -664,7 +673,7 @@ impl Seen {
         if !depths.iter().any(is_before) {
             return None;
         }
-        let scales = depths.map(|depth| eye.scale(depth));
+        let scales = [eye.scale(depths[0]), eye.scale(depths[1]), eye.scale(depths[2])];
         let share = |b: usize, c: usize| {
             let (p, q) = (corners[b], corners[c]);
             let (k, l) = (scales[b], scales[c]);
@@ -683,23 +692,33 @@ impl Seen {
             let key = |i: usize| [corners[i].x, corners[i].y, corners[i].z];
             key(b) < key(c)
         };
-        let mut owns = [is_first(1, 2), is_first(2, 0), is_first(0, 1)];
-        if around < 0.0 {
-            shares = shares.map(|share| share.map(|s| -s));
-            owns = owns.map(|owns| !owns);
+        let owns = [is_first(1, 2), is_first(2, 0), is_first(0, 1)];
+        let is_behind = around < 0.0;
+        let side = if is_behind { -1.0 } else { 1.0 };
+        let mut to_samples = [[0.0; SAMPLES.len()]; 3];
+        let mut least = [0.0; 3];
+        for i in 0..3 {
+            for number in &mut shares[i] {
+                *number *= side;
+            }
+            for (to_sample, [right, down]) in to_samples[i].iter_mut().zip(SAMPLES) {
+                *to_sample = shares[i][1] * right - shares[i][2] * down;
+            }
+            if owns[i] == is_behind {
+                least[i] = MORE_THAN_0;
+            }
         }
-        Some(Self {
-            shares,
-            to_samples: shares
-                .map(|[_, right, up]| SAMPLES.map(|sample| right * sample[0] - up * sample[1])),
-            least: owns.map(|owns| if owns { 0.0 } else { MORE_THAN_0 }),
-            depths,
-            nearest: (!depths.iter().all(is_before)).then_some(eye.nearest),
-        })
+        let nearest = (!depths.iter().all(is_before)).then_some(eye.nearest);
+        Some(Self { shares, to_samples, least, depths, nearest })
     }
 
+    #[inline(always)]
     fn shares_at(&self, at: DVec2) -> [f64; 3] {
-        self.shares.map(|[share, right, up]| share + (right * at.x + up * at.y))
+        let share = |i: usize| {
+            let [share, right, up] = self.shares[i];
+            share + (right * at.x + up * at.y)
+        };
+        [share(0), share(1), share(2)]
     }
 
     /// The samples of a pixel whose lines meet it in front of the eye, a bit each, by the pixel's upper left corner.
@@ -714,7 +733,8 @@ impl Seen {
         }
         if let Some(nearest) = self.nearest {
             for (bit, is_in) in is_in.iter_mut().enumerate() {
-                let own = [0, 1, 2].map(|i| shares[i] + self.to_samples[i][bit]);
+                let own = |i: usize| shares[i] + self.to_samples[i][bit];
+                let own = [own(0), own(1), own(2)];
                 let depth = own.iter().zip(self.depths).map(|(s, depth)| s * depth).sum::<f64>();
                 *is_in &= depth / own.iter().sum::<f64>() >= nearest;
             }

@@ -276,7 +276,7 @@ fn what_was_added_is_in_sight_though_its_section_is_closed_at_first() {
     let path = folder.path().join("labels.nrrd");
     let text = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 1 1\nencoding: ascii\n\n1 0 7\n";
     std::fs::write(&path, text).expect("written");
-    bench.harness.get_by_label("File").click();
+    bench.harness.get_by_label("Add").click();
     bench.harness.run_steps(2);
     bench.harness.get_by_label_contains("Add labels").click();
     bench.harness.run_steps(3);

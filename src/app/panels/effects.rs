@@ -14,7 +14,7 @@ const WHY_WIDTH: [f32; 2] = [90.0, 250.0];
 const OTHER_COLUMNS: f32 = 400.0;
 /// How much of the window the rows may cover, as parts of its width and height, and what they are not made
 /// smaller than, points: what is left shows what they change.
-const MOST: Vec2 = vec2(0.72, 0.35);
+const MOST: Vec2 = vec2(0.68, 0.35);
 const LEAST: Vec2 = vec2(120.0, 60.0);
 /// Height of the menus, and width of the bar by which the rows are scrolled, points.
 const MENUS: f32 = 28.0;
