@@ -6,8 +6,9 @@ use super::actions::{ACTIONS, Action, Menu};
 use super::dialogs::find::Findable;
 use super::layout::{NO_SIDE_ROOM, has_side_room};
 use super::modes;
+use super::panels::flow::FLOW;
 use super::panels::places::{PLACES, Place};
-use super::panels::{SPLATS, VECTORS};
+use super::panels::{self, SPLATS, VECTORS};
 use super::window::Window;
 
 /// What was found.
@@ -73,6 +74,9 @@ impl Window {
             Found::Setting(place) => {
                 self.settings.side_panel = true;
                 self.show_section(ctx, place.section);
+                if place.name == FLOW {
+                    panels::seek(ctx, FLOW);
+                }
             }
         }
     }

@@ -756,6 +756,7 @@ impl Seen {
 mod tests {
     use super::*;
     use crate::core::{Camera, Projection};
+    use crate::polygons::Mesh;
     use crate::volume::Lattice;
 
     /// A square in the plane that is looked at, cut into triangles about a grid of corners; some lie on samples.
@@ -772,6 +773,29 @@ mod tests {
             [[first, first + b, first + c], [first + 1 + corners, first + c, first + b]]
         });
         cells.flatten().map(triangle).collect()
+    }
+
+    #[test]
+    fn corners_that_neighbours_share_are_placed_once_and_triangles_stay_what_they_are() {
+        let side = 12_u32;
+        let corners =
+            (0..side * side).map(|i| Vec3::new((i % side) as f32, (i / side) as f32, 1.0));
+        let quads = (0..side * side).filter(|i| i % side < side - 1 && i / side < side - 1);
+        let quads = quads.flat_map(|i| [[i, i + 1, i + side], [i + side, i + 1, i + side + 1]]);
+        let mesh = |shift: f32| {
+            let corners = corners.clone().map(|corner| corner + shift).collect();
+            let mesh = Mesh::new("sheet", corners, Vec::new(), Vec::new(), quads.clone().collect());
+            PolygonLayer::new(Arc::new(mesh.expect("a mesh")))
+        };
+        let layers = vec![mesh(0.0), mesh(0.5)];
+        let placed = Placed::of(layers.clone(), &Ticket::new()).expect("not cancelled");
+        let all = layers.iter().flat_map(PolygonLayer::triangles);
+        let expected: Vec<[Vec3; 3]> = all.map(|(triangle, _)| triangle.corners).collect();
+        let found = placed.triangles.iter().map(|t| t.map(|i| placed.places[i as usize]));
+        assert_eq!(found.collect::<Vec<_>>(), expected);
+        let (places, triangles) = (placed.places.len(), placed.triangles.len());
+        assert!(places < triangles * 6 / 5, "{places} of {triangles} triangles");
+        assert_eq!(placed.ends, [places / 2, places]);
     }
 
     #[test]

@@ -695,6 +695,52 @@ fn what_lies_on_each_other_by_the_thousands_is_refused_before_it_is_listed() {
     assert_eq!(few.on([159, 119]).len(), 60);
 }
 
+/// Of thousands of triangles the near ones are looked at first, and nothing more where they hide the rest: that leaves out what nobody
+/// sees, and nothing else.
+#[test]
+fn what_is_hidden_is_left_out_of_many_triangles_and_nothing_else() {
+    let share = |i: usize, by: f64| (i as f64 * by).fract();
+    let corner = |i: usize| {
+        let at = [0.754_877_7, 0.569_840_3, 0.323_45].map(|by| 28.0 * share(i / 3 + 1, by));
+        let beside = [0.819_17, 0.247_1, 0.618_03].map(|by| 5.0 * share(i + 1, by));
+        glam::DVec3::new(at[0] + beside[0], at[1] + beside[1], at[2] + beside[2]).as_vec3()
+    };
+    let count = 4000_u32;
+    let corners = (0..3 * count as usize).map(corner).collect();
+    let triangles = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let mesh = Mesh::new("shards", corners, Vec::new(), Vec::new(), triangles).expect("a mesh");
+    let mut cluttered = scene().with(PolygonLayer::new(Arc::new(mesh)));
+    let seen = |scene: &Scene| {
+        let (mut polygons, plan) = (None, Plan::of(scene, [61, 45]));
+        Polygons::renew(&mut polygons, &plan, &Ticket::new()).expect("not cancelled");
+        let polygons = polygons.expect("some");
+        let tiles = (0..6).flat_map(|y| (0..8).map(move |x| [8 * x, 8 * y]));
+        let pixels = tiles.flat_map(|tile| {
+            let found = polygons.seen_in(tile);
+            (0..64).map(move |pixel| found.as_ref().map_or(Vec::new(), |f| f.of(pixel).to_vec()))
+        });
+        pixels.collect::<Vec<_>>()
+    };
+    let hidden_left_out = seen(&cluttered);
+    // What is cut away hides nothing, so that all of them are there.
+    cluttered.inside.clip.bounds =
+        Some(scene::ClipBox { high: [1.0, 1.0, 0.999], ..scene::ClipBox::WHOLE });
+    let all = seen(&cluttered);
+    let mut left_out = 0;
+    for (all, found) in all.into_iter().zip(hidden_left_out) {
+        let mut covered = 0_u8;
+        let mut visible = all.clone();
+        visible.retain(|fragment| {
+            let is_seen = fragment.samples & !covered != 0;
+            covered |= fragment.samples;
+            is_seen
+        });
+        left_out += all.len() - visible.len();
+        assert_eq!(found, visible);
+    }
+    assert!(left_out > 10_000, "{left_out}");
+}
+
 #[test]
 fn the_nearest_opaque_triangle_is_seen_in_whatever_order_they_come() {
     let towards = -scene().camera.direction;

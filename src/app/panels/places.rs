@@ -1,5 +1,6 @@
 //! Where each setting of the side panel stands, for those who look for it by name.
 
+use super::flow::FLOW;
 use super::{CLIP, DATA, FUNCTIONS, INSIDE, POLYGONS, SHADING, SPLATS, TRANSFER, VECTORS, VIEW};
 
 /// A setting and the section that it stands in.
@@ -36,7 +37,7 @@ pub const PLACES: [Place; 48] = [
     place(VECTORS, "Coloured by", "Length, a component, or the scalar field"),
     place(VECTORS, "Hide the scalar field", "Draw the vectors alone"),
     place(VECTORS, "Second field", "Draw other vectors of the file beside the first"),
-    place(VECTORS, "Streamlines and arrows", "Tubes along the vectors, and arrows on a plane"),
+    place(VECTORS, FLOW, "Tubes along the vectors, and arrows on a plane"),
     place(TRANSFER, "Preset", "Opacities and colours to begin with"),
     place(TRANSFER, "Colours", "The colour map, and a map's colours one by one"),
     place(TRANSFER, "Range", "Which values the colours span"),
