@@ -19,7 +19,7 @@ const fn place(section: &'static str, name: &'static str, help: &'static str) ->
 }
 
 /// In the order of the side panel.
-pub const PLACES: [Place; 48] = [
+pub const PLACES: [Place; 46] = [
     place(DATA, "Dimensions", "How many samples the volume has along each axis"),
     place(DATA, "Range", "The least and the greatest value of the data"),
     place(DATA, "Spacing", "How far samples are apart, in the file's units"),
@@ -33,7 +33,7 @@ pub const PLACES: [Place; 48] = [
         "Blend or Modulate: how marks and the texture of splats meet the colour",
     ),
     place(VECTORS, "Marks", "What is drawn on each vector's splat: streaks, comets, dots"),
-    place(VECTORS, "Splat radius", "How wide the splat of a vector is"),
+    place(VECTORS, "Shape", "The splats of vectors: their radius, how they are stretched"),
     place(VECTORS, "Coloured by", "Length, a component, or the scalar field"),
     place(VECTORS, "Hide the scalar field", "Draw the vectors alone"),
     place(VECTORS, "Second field", "Draw other vectors of the file beside the first"),
@@ -43,15 +43,18 @@ pub const PLACES: [Place; 48] = [
     place(TRANSFER, "Range", "Which values the colours span"),
     place(TRANSFER, "Opacity", "The curve of opacities over the histogram; drag its points"),
     place(TRANSFER, "Gaussians", "Opacities as bells that are moved and widened"),
+    place(TRANSFER, "Boundaries", "Regions: opacities by value and gradient strength at once"),
     place(TRANSFER, "Log", "The histogram's counts by their logarithm"),
     place(SHADING, "Preset", "None, lights, surface or cloud"),
     place(SHADING, "Lights", "Where light comes from, and its colour"),
-    place(SHADING, "Depth cue", "What lies farther back is darker"),
-    place(SHADING, "Regions", "Opacities by value and gradient strength at once"),
+    place(
+        SHADING,
+        "By gradient strength or depth",
+        "Colours and opacities by something else than the value",
+    ),
     place(INSIDE, "Rendering", "Volume, maximum (MIP), minimum or average along each ray"),
     place(INSIDE, "Add slice", "A plane that shows the values on it"),
     place(INSIDE, "Add isosurface", "A surface where the values pass a level"),
-    place(INSIDE, "Fade the volume", "Draw it faintly, so that what lies inside is seen"),
     place(POLYGONS, "Add polygons…", "Triangles of an STL, PLY or OBJ file within the volume"),
     place(POLYGONS, "Add labels…", "A segmentation over the volume: a surface and a colour each"),
     place(CLIP, "Clip box", "Keep what lies in a box: drag its faces, or type its ends"),
@@ -61,20 +64,19 @@ pub const PLACES: [Place; 48] = [
     place(SPLATS, "Kernel", "What a sample's splat is: how values between samples are found"),
     place(SPLATS, "Extent", "How far a splat reaches"),
     place(SPLATS, "Slabs per voxel", "How finely rays are cut: accuracy against time"),
-    place(
-        SPLATS,
-        "Quick pictures",
-        "What is drawn while the view moves: an octree or fewer pixels",
-    ),
     place(FUNCTIONS, "Encode", "Write the data as a few hundred basis functions"),
     place(VIEW, "Projection", "Parallel rays (orthographic) or perspective"),
     place(VIEW, "Background", "The colour behind the volume"),
     place(VIEW, "Turning", "Turntable or trackball"),
     place(VIEW, "Up axis", "Which axis of the data points up"),
     place(VIEW, "Annotations", "Scalar bar, scale bar, axes, trihedron"),
-    place(VIEW, "Moving picture", "Coarse at once, or in full while the view moves"),
+    place(VIEW, "While moving", "How long a picture may take while the view moves: usual choices"),
     place(VIEW, "Frame budget", "How long a picture may take while the view moves"),
-    place(VIEW, "Octree error", "How coarse the octree's picture may be"),
+    place(
+        VIEW,
+        "Advanced refinement",
+        "Moving picture: octree or fewer pixels; Octree error; partial pictures",
+    ),
     place(
         VIEW,
         "Go on refining at rest",
