@@ -648,7 +648,7 @@ fn nothing_ui(ui: &mut Ui, rect: Rect) {
         ("Next to nothing shows in this view".to_owned(), 17.0, theme::TEXT),
         (
             format!(
-                "{}{key} shows all that can be seen. If there is nothing, look at the opacities and the clip box; what is \
+                "{}{key} shows all that can be seen. If there is nothing, look at the opacities, the ranges and the clip box; what is \
                  thinner than a pixel shows from nearer.",
                 reset.name
             ),

@@ -348,9 +348,23 @@ fn recognise_folder(path: &Path) -> Result<Format, Problem> {
     if !images::pictures(path)?.is_empty() {
         return Ok(Format::Images);
     }
-    Err(Problem::NotAFile {
-        found: "a folder without DICOM files, pictures or Zarr metadata".into(),
-    })
+    let found = match files_by_name(path).as_slice() {
+        [] => "a folder without DICOM files, pictures or Zarr metadata".into(),
+        names => format!("a folder of other files, such as {}", names.join(", ")),
+    };
+    Err(Problem::NotAFile { found: found.into() })
+}
+
+/// The first names of a folder's files, in their order; as many as a sentence has room for.
+fn files_by_name(folder: &Path) -> Vec<String> {
+    const TOLD: usize = 3;
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = files.filter(|entry| entry.path().is_file());
+    let mut names: Vec<String> =
+        files.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort_unstable();
+    names.truncate(TOLD);
+    names
 }
 
 /// What a gzip file holds, by its first bytes; only formats that are read so.

@@ -366,7 +366,7 @@ impl Alone<'_> {
             let kept = self.rays.kept(simd, &packet);
             let mut light = Gathered::none(simd, packet.in_picture, fragments.is_some());
             let mut ahead = fragments
-                .as_ref()
+                .as_deref()
                 .map(|fragments| Ahead::new(simd, Some(fragments), first_of(block), kept, back));
             if let Some((kernels, of_tile)) = &mut kernels {
                 let seen = (self.rays, &packet);

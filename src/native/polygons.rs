@@ -5,7 +5,7 @@
 //! are those with the negative ones set to 0.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -33,6 +33,8 @@ const A_RUN: usize = 1 << 12;
 const RUNS: usize = 8;
 /// Triangles of a tile between two looks at whether any more of them can be seen.
 const BETWEEN_LOOKS: usize = 64;
+/// Pixels of pictures of which it is kept what tiles see.
+const MOST_KEPT_OF: u32 = 1 << 19;
 /// Depths that triangles are sorted into.
 const BINS: usize = 1 << 10;
 /// Corners that a triangle may share with those before it are looked for among so many.
@@ -65,6 +67,9 @@ struct InView {
     /// Each triangle lies at most so much nearer than one before it, pixels.
     depth_of_bin: f32,
     lights: Vec<(DVec3, DVec3)>,
+    /// What tiles saw, in rows from the top; none of large pictures, which are drawn once. Vectors that play among polygons ask for it
+    /// many times a second.
+    kept: Vec<OnceLock<Option<Arc<Fragments>>>>,
 }
 
 /// Everything that a view of layers depends on.
@@ -243,16 +248,24 @@ impl Polygons {
             + size_of_val(&triangles[..])
             + size_of_val(&looks[..]);
         let in_view =
-            self.in_view.as_ref().map_or(0, |InView { corners, boxes, cells, .. }| {
+            self.in_view.as_ref().map_or(0, |InView { corners, boxes, cells, kept, .. }| {
+                let kept = kept.iter().filter_map(|tile| tile.get()?.as_ref());
+                let kept = kept.map(|seen| size_of::<Fragments>() + size_of_val(&seen.list[..]));
                 let each = size_of::<u32>() + size_of::<Box3>();
-                (size_of_val(&corners[..]) + each * boxes.len()) as u64 + cells.size_bytes()
+                let lists = size_of_val(&corners[..]) + each * boxes.len() + kept.sum::<usize>();
+                lists as u64 + cells.size_bytes()
             });
         placed as u64 + in_view
     }
 
     /// What the pixels of a tile see, whose first one is `corner`; `None` where that is nothing.
-    pub(super) fn seen_in(&self, corner: [u32; 2]) -> Option<Fragments> {
-        self.in_view.as_ref()?.seen_in(corner)
+    pub(super) fn seen_in(&self, corner: [u32; 2]) -> Option<Arc<Fragments>> {
+        let in_view = self.in_view.as_ref()?;
+        let see = || in_view.seen_in(corner).map(Arc::new);
+        match in_view.kept.get(in_view.tile(corner)) {
+            Some(kept) => kept.get_or_init(see).clone(),
+            None => see(),
+        }
     }
 }
 
@@ -291,9 +304,21 @@ impl InView {
             eye,
             depth_of_bin,
             lights: lights.collect(),
+            kept: match view.size[0].saturating_mul(view.size[1]) <= MOST_KEPT_OF {
+                true => {
+                    vec![OnceLock::new(); view.size.map(tiles).iter().product::<u32>() as usize]
+                }
+                false => Vec::new(),
+            },
             placed: Arc::clone(placed),
             made_of,
         })
+    }
+
+    /// The number of the tile that begins with a pixel.
+    fn tile(&self, corner: [u32; 2]) -> usize {
+        let [x, y] = corner.map(|n| n / TILE);
+        (y * tiles(self.made_of.view.size[0]) + x) as usize
     }
 
     /// What the pixels of a tile see, whose first one is `corner`; `None` where that is nothing.
@@ -437,6 +462,11 @@ impl InView {
         }
         colour
     }
+}
+
+/// Tiles along a side of so many pixels.
+fn tiles(pixels: u32) -> u32 {
+    pixels.div_ceil(TILE)
 }
 
 /// What is made of so many things, in their order, by threads that share them.

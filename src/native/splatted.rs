@@ -74,7 +74,7 @@ impl Splatted<'_> {
                 let (eye, far) = (all(simd, self.rays.eye), all(simd, 1e30));
                 let mut light = Gathered::none(simd, packet.in_picture, fragments.is_some());
                 let back = self.rule.back_to_front;
-                let ahead = fragments.as_ref().map(|fragments| {
+                let ahead = fragments.as_deref().map(|fragments| {
                     Ahead::new(simd, Some(fragments), first_of(block), [eye, far], back)
                 });
                 let passing = kernels.as_mut().map(|(kernels, of_tile)| {

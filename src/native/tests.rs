@@ -703,7 +703,7 @@ fn what_is_hidden_is_left_out_of_many_triangles_and_nothing_else() {
     let corner = |i: usize| {
         let at = [0.754_877_7, 0.569_840_3, 0.323_45].map(|by| 28.0 * share(i / 3 + 1, by));
         let beside = [0.819_17, 0.247_1, 0.618_03].map(|by| 5.0 * share(i + 1, by));
-        glam::DVec3::new(at[0] + beside[0], at[1] + beside[1], at[2] + beside[2]).as_vec3()
+        DVec3::new(at[0] + beside[0], at[1] + beside[1], at[2] + beside[2]).as_vec3()
     };
     let count = 4000_u32;
     let corners = (0..3 * count as usize).map(corner).collect();

@@ -125,7 +125,7 @@ impl Scene<'_> {
             for i in 0..side * side {
                 let part = [i % side, i / side].map(|n| (n as f32 + 0.5) / side as f32);
                 let packet = self.rays.packet(simd, at, part);
-                let others = (kernels.as_mut(), fragments.as_ref().map(|f| (f, block)));
+                let others = (kernels.as_mut(), fragments.as_deref().map(|f| (f, block)));
                 let light = self.walk::<S, W, F>(simd, (at, others), &packet, &mut capped);
                 sum.colour = sum.colour.add(light.colour);
                 sum.weight += light.weight;

@@ -16,8 +16,11 @@ pub fn place_over(
     let affine =
         |lattice: &Lattice| DAffine3 { matrix3: lattice.axes(), translation: lattice.origin };
     let has_place = their_space.is_some() || *theirs != Lattice::unit(theirs.dims);
+    let other = (theirs.dims != ours.dims).then_some(
+        "they are of another grid than the volume, and lie where their own coordinates say",
+    );
     match has_place || theirs.dims != ours.dims || theirs == ours {
-        true => (DAffine3::from_mat3(turn_between(their_space, our_space)) * affine(theirs), None),
+        true => (DAffine3::from_mat3(turn_between(their_space, our_space)) * affine(theirs), other),
         false => (affine(ours), Some("they state no place, and lie on the volume's own samples")),
     }
 }
@@ -86,12 +89,14 @@ mod tests {
         // Of another size, or of a stated place, they lie where they are.
         let moved = Lattice { origin: DVec3::X, ..Lattice::unit([3, 4, 5]) };
         for (theirs, space, expected) in [
-            (Lattice::unit([3, 4, 6]), None, at),
             (moved, None, at + DVec3::X),
             (Lattice::unit([3, 4, 5]), Some("RAS"), DVec3::new(-1.0, -2.0, 3.0)),
         ] {
             let (place, said) = placed(&theirs, space);
             assert_eq!((place.transform_point3(at), said), (expected, None));
         }
+        let (place, said) = placed(&Lattice::unit([3, 4, 6]), None);
+        assert_eq!(place.transform_point3(at), at);
+        assert!(said.is_some_and(|said| said.contains("another grid")));
     }
 }

@@ -9,19 +9,26 @@ use super::{Outcome, TextLine, modal};
 use crate::app::theme;
 
 /// What other programs call things, and what they are called here.
-const ALSO_CALLED: [(&str, &str); 30] = [
+const ALSO_CALLED: [(&str, &str); 46] = [
+    ("3d", "rendering"),
     ("alpha", "opacity"),
+    ("ambient", "lights"),
+    ("axial", "slice"),
     ("bookmark", "view"),
     ("brightness", "window and level"),
     ("center", "reset view"),
     ("color", "colour"),
+    ("colormap", "colours"),
     ("compress", "basis functions"),
     ("contour", "isosurface"),
     ("contrast", "window and level"),
+    ("coronal", "slice"),
     ("crop", "clip"),
     ("cut", "clip"),
+    ("edges", "slice"),
     ("export", "save"),
     ("fit", "reset view"),
+    ("fps", "pictures a second"),
     ("glyph", "marks"),
     ("gray", "grey"),
     ("histogram", "transfer"),
@@ -30,16 +37,25 @@ const ALSO_CALLED: [(&str, &str); 30] = [
     ("info", "dimensions"),
     ("interpolation", "kernel"),
     ("legend", "scalar bar"),
+    ("lookup", "colours"),
     ("lut", "colours"),
     ("mesh", "polygons"),
     ("movie", "animation"),
+    ("mpr", "slice"),
+    ("orthogonal", "slice"),
+    ("palette", "colours"),
     ("resample", "slabs"),
+    ("ruler", "scale bar"),
+    ("sagittal", "slice"),
     ("sampling", "slabs"),
     ("segmentation", "labels"),
     ("shortcuts", "keys"),
+    ("snapshot", "screenshot"),
     ("step", "slabs"),
+    ("threshold", "isosurface"),
     ("threshold", "opacity"),
     ("transparent", "opacity"),
+    ("wireframe", "slice"),
 ];
 /// Height of the list, and what of the window's height is left to the rest, points.
 const LIST: f32 = 380.0;
@@ -87,10 +103,13 @@ impl<T> Findable<T> {
 fn found<T>(all: &[Findable<T>], asked: &str) -> Vec<usize> {
     let words: Vec<String> = asked.to_lowercase().split_whitespace().map(str::to_owned).collect();
     let places = all.iter().enumerate();
-    let mut found: Vec<(usize, usize)> =
-        places.filter_map(|(i, one)| Some((one.distance(&words)?, i))).collect();
+    // What can do nothing now comes last.
+    let key = |(i, one): (usize, &Findable<T>)| {
+        Some((one.refusal.is_some() && !words.is_empty(), one.distance(&words)?, i))
+    };
+    let mut found: Vec<(bool, usize, usize)> = places.filter_map(key).collect();
     found.sort_unstable();
-    found.into_iter().map(|(_, i)| i).collect()
+    found.into_iter().map(|(_, _, i)| i).collect()
 }
 
 /// Something being looked for.
@@ -114,39 +133,49 @@ impl Find {
                 self.row = 0;
             }
             let found = found(all, &self.asked.text);
-            if found.is_empty() {
-                ui.add_space(8.0);
-                let text =
-                    "Nothing is called that. Another word may find it, or Help, Keys and mouse";
-                ui.label(RichText::new(text).color(theme::TEXT_FAINT));
-                return Outcome::Open;
-            }
-            self.row = (self.row + down).saturating_sub(up).min(found.len() - 1);
+            self.row = (self.row + down).saturating_sub(up).min(found.len().saturating_sub(1));
             ui.add_space(6.0);
-            let moved = up + down > 0;
+            // As high whatever was found: what is typed stays where it is.
             let room = (ui.ctx().content_rect().height() - AROUND).clamp(80.0, LIST);
-            let list = ScrollArea::vertical().max_height(room).auto_shrink(false);
-            let taken = list.show(ui, |ui| {
-                ui.spacing_mut().item_spacing.y = 1.0;
-                let rows = found.iter().enumerate();
-                let taken = rows.filter_map(|(row, &i)| {
-                    let is_next = row == self.row;
-                    let shown = row_ui(ui, &all[i], is_next);
-                    if is_next && moved {
-                        shown.scroll_to_me(None);
-                    }
-                    shown.clicked().then_some(i)
-                });
-                // All rows are drawn, whichever was clicked.
-                taken.last()
+            let size = vec2(ui.available_width(), room);
+            let list = ui.allocate_ui(size, |ui| {
+                ui.set_min_size(size);
+                list_ui(ui, all, &found, (self.row, up + down > 0))
             });
-            let taken = taken.inner.or(enter.then(|| found[self.row]));
+            let taken = list.inner.or_else(|| found.get(self.row).copied().filter(|_| enter));
             match taken.map(|i| &all[i]).filter(|one| one.refusal.is_none()) {
                 Some(one) => Outcome::Done(one.what.clone()),
                 None => Outcome::Open,
             }
         })
     }
+}
+
+/// The rows that were found, scrolled to the next one where that has `moved`; which was clicked.
+fn list_ui<T>(
+    ui: &mut Ui,
+    all: &[Findable<T>],
+    found: &[usize],
+    (next, moved): (usize, bool),
+) -> Option<usize> {
+    if found.is_empty() {
+        let text = "Nothing is called that. Another word may find it, or Help, Keys and mouse";
+        ui.label(RichText::new(text).color(theme::TEXT_FAINT));
+        return None;
+    }
+    let list = ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        let taken = found.iter().enumerate().filter_map(|(row, &i)| {
+            let shown = row_ui(ui, &all[i], row == next);
+            if row == next && moved {
+                shown.scroll_to_me(None);
+            }
+            shown.clicked().then_some(i)
+        });
+        // All rows are drawn, whichever was clicked.
+        taken.last()
+    });
+    list.inner
 }
 
 /// One row: its name, where it stands and its key, over what it is for or why it can do nothing.
@@ -210,13 +239,18 @@ mod tests {
         assert_eq!(names("color map"), Vec::<&str>::new());
         assert_eq!(names("color value"), ["Colours"]);
         assert_eq!(names("add plane"), ["Add clip plane"]);
+        assert_eq!(names("colormap"), ["Colours"]);
         assert_eq!(names("").len(), all.len());
         assert!(names("zzz").is_empty());
+        let mut refused = all.clone();
+        refused[1].refusal = Some("Nothing is open");
+        let nearest = found(&refused, "clip").into_iter().map(|i| &*refused[i].name);
+        assert_eq!(nearest.collect::<Vec<_>>(), ["Add clip plane", "Clip box"]);
     }
 
     #[test]
     fn words_of_other_programs_are_in_order_and_are_none_of_ours() {
-        assert!(ALSO_CALLED.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        assert!(ALSO_CALLED.windows(2).all(|pair| pair[0] < pair[1]));
         assert!(ALSO_CALLED.iter().all(|(other, ours)| !ours.contains(other)));
     }
 }

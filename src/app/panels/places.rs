@@ -1,7 +1,7 @@
 //! Where each setting of the side panel stands, for those who look for it by name.
 
 use super::flow::FLOW;
-use super::{CLIP, DATA, FUNCTIONS, INSIDE, POLYGONS, SHADING, SPLATS, TRANSFER, VECTORS, VIEW};
+use super::{CLIP, DATA, FUNCTIONS, INSIDE, SHADING, SPLATS, TRANSFER, VECTORS, VIEW};
 
 /// A setting and the section that it stands in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,8 +18,8 @@ const fn place(section: &'static str, name: &'static str, help: &'static str) ->
     Place { name, section, help }
 }
 
-/// In the order of the side panel.
-pub const PLACES: [Place; 46] = [
+/// In the order of the side panel, without what is a command, too.
+pub const PLACES: [Place; 40] = [
     place(DATA, "Dimensions", "How many samples the volume has along each axis"),
     place(DATA, "Range", "The least and the greatest value of the data"),
     place(DATA, "Spacing", "How far samples are apart, in the file's units"),
@@ -50,15 +50,9 @@ pub const PLACES: [Place; 46] = [
     place(
         SHADING,
         "By gradient strength or depth",
-        "Colours and opacities by something else than the value",
+        "Opacity and colour by gradient or depth in place of the value",
     ),
     place(INSIDE, "Rendering", "Volume, maximum (MIP), minimum or average along each ray"),
-    place(INSIDE, "Add slice", "A plane that shows the values on it"),
-    place(INSIDE, "Add isosurface", "A surface where the values pass a level"),
-    place(POLYGONS, "Add polygons…", "Triangles of an STL, PLY or OBJ file within the volume"),
-    place(POLYGONS, "Add labels…", "A segmentation over the volume: a surface and a colour each"),
-    place(CLIP, "Clip box", "Keep what lies in a box: drag its faces, or type its ends"),
-    place(CLIP, "Add clip plane", "Keep what lies on one side of a plane"),
     place(CLIP, "Coloured faces", "Paint what a cut opens by its values"),
     place(SPLATS, "Preset", "Exact, or the papers' ways to splat"),
     place(SPLATS, "Kernel", "What a sample's splat is: how values between samples are found"),

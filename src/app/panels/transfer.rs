@@ -23,7 +23,7 @@ use super::stretch::stretch;
 use super::{name_ui, number_ui, row_ui, typed};
 use crate::app::actions::{Action, entry_of};
 use crate::app::{theme, words};
-use crate::scene::Scene;
+use crate::scene::{AlongRay, Scene};
 use crate::transfer::presets::{self, Preset, RangeRule};
 use crate::transfer::{ColourSource, Gaussian, NoData, TransferFunction};
 use crate::volume::{LabelName, Statistics};
@@ -121,6 +121,17 @@ pub fn transfer_ui(
     }
     if !scene.shading.regions.is_empty() {
         note_ui(ui, "Regions say what is opaque now: the curve counts again once all are removed");
+    }
+    if scene.inside.along != AlongRay::Composite {
+        note_ui(
+            ui,
+            "Rendering shows one value of each ray: no opacity counts, and the colours span the range that is set there",
+        );
+    } else if scene.inside.is_faded {
+        note_ui(
+            ui,
+            "The volume is faded: it is drawn with a small part of these opacities until View, Fade the volume, is switched off",
+        );
     }
     let transfer = scene.transfer_mut()?;
     tools_ui(ui, editor, transfer, gaussians, statistics);

@@ -48,7 +48,12 @@ pub(super) fn parser<N: Numeric, F: Fn(&str) -> Option<f64>>(
     let (ctx, name) = (ui.ctx().clone(), name.to_owned());
     let (now, least, most) = (now.to_f64(), range.start().to_f64(), range.end().to_f64());
     move |text| {
-        let typed = read(text)?;
+        let Some(typed) = read(text) else {
+            if !text.contains(|c: char| c.is_ascii_digit()) {
+                say(&ctx, &format!("{name} takes a number: {:?} changes nothing", text.trim()));
+            }
+            return None;
+        };
         if (least..=most).contains(&typed) {
             return Some(typed);
         }
@@ -125,7 +130,9 @@ mod tests {
         let found = typed("1e99", 0.0, f64::MIN..=1e30);
         assert_eq!(found, (None, said("High percentile takes 1e30 or less: 1e99 changes nothing")));
         assert_eq!(typed("99 percent", 99.5, 51.0..=100.0), (None, None), "no number");
-        assert_eq!(typed("nan", 99.5, 51.0..=100.0), (None, None));
+        let words = "High percentile takes a number: \"banana\" changes nothing";
+        assert_eq!(typed("banana ", 99.5, 51.0..=100.0), (None, said(words)));
+        assert!(typed("nan", 99.5, 51.0..=100.0).1.is_some());
         assert_eq!(typed("1 000.5", 0.0, 0.0..=1e4), (Some(1000.5), None));
     }
 

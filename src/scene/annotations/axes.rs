@@ -207,11 +207,19 @@ fn ruler(sheet: &Sheet<'_>, seen: &Seen<'_>, axis: usize) -> Option<Ruler> {
             let outwards = if across.dot(inwards) > 0.0 { -across } else { across };
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few")]
             let most = (length / (BETWEEN * sheet.em)).clamp(1.0, 400.0) as u32;
-            let marks = ticks(seen.low[axis], seen.high[axis], most).into_iter();
-            let marks: Vec<_> = marks
-                .filter_map(|(at, number)| Some((seen.pixel(seen.at(edge, at))?, number)))
-                .filter(|(at, _)| sheet.picture.holds(&Area { low: *at, high: *at }))
-                .collect();
+            let placed = |marks: Vec<(f64, Number)>| -> Vec<(DVec2, Number)> {
+                let marks = marks.into_iter();
+                let on_edge =
+                    marks.filter_map(|(at, number)| Some((seen.pixel(seen.at(edge, at))?, number)));
+                on_edge
+                    .filter(|(at, _)| sheet.picture.holds(&Area { low: *at, high: *at }))
+                    .collect()
+            };
+            let ends = [seen.low[axis], seen.high[axis]];
+            let mut marks = placed(ticks(ends[0], ends[1], most));
+            if marks.len() < 2 {
+                marks = placed(ends.map(|end| (end, Number::alone(end))).to_vec());
+            }
             // What ties is decided by the edge's number, so that it stays where it is.
             let liking = marks.len().min(3) as f64 + 0.9 * outwards.y - 0.6 * outwards.x;
             // One number alone tells no scale.

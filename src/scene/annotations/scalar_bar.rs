@@ -103,16 +103,27 @@ impl<'a> Legend<'a> {
             [low, high] if low == high && index == Index::Value => {
                 [low.min(statistics.min), high.max(statistics.max)]
             }
+            // Colours of values that are nowhere are left out.
+            [low, high] if index == Index::Value => {
+                let within = [low.max(statistics.min), high.min(statistics.max)];
+                if within[0] < within[1] { within } else { [low, high] }
+            }
             range => range,
         };
         let opacities = scene.shading.opacity.as_ref().filter(|_| shown);
+        // The greatest value along a ray is seen whatever its opacity.
+        let projects = scene.inside.along != AlongRay::Composite;
         // Regions have different ones for one value.
         let by_value = !shown || scene.shading.painted().is_empty();
         let opacity: Option<Box<dyn Fn(f64) -> f64>> = match opacities {
             Some(table) if table.index == index && !has_none(&table.points) => {
                 Some(Box::new(|at| table.at(at)))
             }
-            None if index == Index::Value && by_value && !has_none(&transfer.opacity) => {
+            None if index == Index::Value
+                && by_value
+                && !has_none(&transfer.opacity)
+                && !projects =>
+            {
                 Some(Box::new(|at| transfer.opacity_at(at)))
             }
             _ => None,

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use super::*;
 use crate::core::{Camera, Projection, Srgb8, Ticket};
 use crate::scene::{
-    Amounts, Colours, Index, Isosurface, SampleSource, Shading, VectorLayer, opening,
+    AlongRay, Amounts, Colours, Index, Isosurface, SampleSource, Shading, VectorLayer, opening,
 };
 use crate::transfer::{ColourMap, ColourSource, Region, RegionShape, TransferFunction};
 use crate::volume::{Lattice, Places, Samples, ScalarVolume, VectorField};
@@ -280,6 +280,21 @@ fn reversed_and_steplike_colours_have_a_bar_all_the_same() {
     let (rows, numbers) = bar(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600]));
     assert_eq!(rows.iter().map(|(_, c)| c.0[0]).collect::<Vec<_>>(), [255, 0], "one step");
     assert!(numbers.iter().any(|(value, _)| *value == 200.0), "{numbers:?}");
+}
+
+#[test]
+fn the_bar_ends_where_the_data_do_and_projections_have_no_opacities_beside_it() {
+    let mut scene = scene();
+    scene.transfer_mut().expect("a field").colour =
+        ColourSource::Map { map: ColourMap::Gray, range: [-100.0, 150.0] };
+    let layout = laid_out(only(Annotation::ScalarBar), &scene, [800, 600]);
+    let (_, numbers) = bar(&layout);
+    let values: Vec<f64> = numbers.iter().map(|(value, _)| *value).collect();
+    assert_eq!([values[0], values[values.len() - 1]], [0.0, 150.0], "the data are from 0 to 200");
+    let has_opacities = |layout: &Layout| words(layout).iter().any(|(text, _)| text == "opacity");
+    assert!(has_opacities(&layout));
+    scene.inside.along = AlongRay::Maximum;
+    assert!(!has_opacities(&laid_out(only(Annotation::ScalarBar), &scene, [800, 600])));
 }
 
 #[test]
