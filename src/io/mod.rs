@@ -352,7 +352,7 @@ fn recognise_folder(path: &Path) -> Result<Format, Problem> {
         [] => "a folder without DICOM files, pictures or Zarr metadata".into(),
         names => format!("a folder of other files, such as {}", names.join(", ")),
     };
-    Err(Problem::NotAFile { found: found.into() })
+    Err(Problem::NotAFile { found })
 }
 
 /// The first names of a folder's files, in their order; as many as a sentence has room for.

@@ -303,9 +303,9 @@ fn only_means_that_a_full_picture_would_not_have_are_told() {
         let mut averaged = |rung| drawn(&mut drawer, &scene, PICTURE, rung).1.vectors_averaged;
         assert_eq!(averaged(Rung::Full), 0);
         assert_eq!(averaged(reduced(1.5)), 0);
-        // Radii of 8 to 16 pixels at full size, or twice that; quick pictures have 4 and more.
+        // Radii of 8 to 16 pixels at full size, or twice that; quick pictures have 2 and more.
         let found = [8.0, 16.0].map(|shrink| averaged(reduced(shrink)));
-        assert_eq!(found, if coarser == 0 { [2, 3] } else { [1, 2] });
+        assert_eq!(found, if coarser == 0 { [1, 2] } else { [0, 1] });
     }
     // From afar full pictures have means themselves.
     let mut far = alone();
@@ -318,7 +318,7 @@ fn only_means_that_a_full_picture_would_not_have_are_told() {
     second.settings.coarser = 1;
     let both = first.with(second);
     let found = drawn(&mut drawer, &both, PICTURE, reduced(8.0)).1.vectors_averaged;
-    assert_eq!(found, 2);
+    assert_eq!(found, 1);
 }
 
 #[test]

@@ -290,7 +290,8 @@ fn the_bar_ends_where_the_data_do_and_projections_have_no_opacities_beside_it() 
     let layout = laid_out(only(Annotation::ScalarBar), &scene, [800, 600]);
     let (_, numbers) = bar(&layout);
     let values: Vec<f64> = numbers.iter().map(|(value, _)| *value).collect();
-    assert_eq!([values[0], values[values.len() - 1]], [0.0, 150.0], "the data are from 0 to 200");
+    assert_eq!(values[0], 0.0, "the data are from 0 to 200: {values:?}");
+    assert!((130.0..=150.0).contains(&values[values.len() - 1]), "and the colours to 150");
     let has_opacities = |layout: &Layout| words(layout).iter().any(|(text, _)| text == "opacity");
     assert!(has_opacities(&layout));
     scene.inside.along = AlongRay::Maximum;
