@@ -17,8 +17,8 @@ use crate::vector::Splats;
 
 /// Splats of finished pictures are no smaller than this radius in pixels: below, means are drawn.
 const LEAST_RADIUS_PX: f64 = 1.0;
-/// Those of quick pictures, in pixels of what is drawn. Played in the window by the native engine on two cores, at the same 16 pictures a
-/// second: carotid 29, 36, 36 dB and tornado 32, 34, 31 dB with 4, 2 and 1.
+/// Those of quick pictures, in pixels of what is drawn. Played in the window by the native engine on two cores, at 14 to 18 pictures a
+/// second: carotid 29, 36, 36 dB and tornado 32, 34, 31 dB with 4, 2 and 1. Graphics cards are unmeasured.
 const LEAST_QUICK_RADIUS_PX: f64 = 2.0;
 
 /// The least radius of a picture's splats, pixels.

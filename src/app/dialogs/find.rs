@@ -184,10 +184,7 @@ fn row_ui<T>(ui: &mut Ui, one: &Findable<T>, is_next: bool) -> eframe::egui::Res
     let button = Button::selectable(is_next, "").min_size(size).sense(Sense::click());
     let shown = ui.add_enabled(one.refusal.is_none(), button).accessible_name(&one.name);
     let inside = shown.rect.shrink2(vec2(8.0, 2.0));
-    let (strong, faint) = match one.refusal {
-        None => (theme::TEXT, theme::TEXT_FAINT),
-        Some(_) => (theme::TEXT_FAINT, theme::TEXT_FAINT),
-    };
+    let strong = if one.refusal.is_none() { theme::TEXT } else { theme::TEXT_FAINT };
     let words = |text: &str, size, colour| {
         Label::new(RichText::new(text).size(size).color(colour)).selectable(false).truncate()
     };
@@ -207,7 +204,7 @@ fn row_ui<T>(ui: &mut Ui, one: &Findable<T>, is_next: bool) -> eframe::egui::Res
                 ui.add(words(one.place, 12.0, theme::TEXT_FAINT));
             });
         });
-        ui.add(words(one.refusal.unwrap_or(one.help), 12.0, faint));
+        ui.add(words(one.refusal.unwrap_or(one.help), 12.0, theme::TEXT_FAINT));
     });
     shown
 }

@@ -175,13 +175,17 @@ fn planes_ui(ui: &mut Ui, clip: &mut Clip, offered: &Normals, lattice: &Lattice)
     };
     if listed_ui(ui, &mut clip.planes, MOST_CLIP_PLANES, more, one) {
         let (_, normal) = offered[3];
-        clip.planes.push(Plane { point: lattice.centre(), normal });
+        clip.planes.push(plane_through_middle(lattice, normal));
     }
+}
+
+fn plane_through_middle(lattice: &Lattice, normal: DVec3) -> Plane {
+    Plane { point: lattice.centre(), normal }
 }
 
 /// A plane through the middle that cuts away what lies before it.
 pub fn add_plane(scene: &mut Scene) {
-    let plane = Plane { point: scene.lattice().centre(), normal: scene.camera.direction };
+    let plane = plane_through_middle(&scene.lattice(), scene.camera.direction);
     scene.inside.clip.planes.push(plane);
 }
 
