@@ -95,6 +95,9 @@ impl Window {
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
             Action::ToggleProbe => self.toggle_probe(ctx),
             Action::EndTools => self.end_tools(ctx),
+            Action::ToggleAnimation | Action::MakeStreamlines if self.can_show_vectors() => {
+                self.show_vectors_first(ctx, action);
+            }
             Action::ToggleAnimation => self.toggle_animation(ctx),
             Action::AddSlice => self.add_inside(ctx, inside::add_slice),
             Action::AddIsosurface => self.add_inside(ctx, inside::add_isosurface),
@@ -174,7 +177,9 @@ impl Window {
             Action::ToggleClipBox | Action::AddClipPlane if scene.is_none() => {
                 Some("There is nothing to clip: open a volume first")
             }
-            Action::MakeStreamlines | Action::ToggleAnimation if !has_vectors => {
+            Action::MakeStreamlines | Action::ToggleAnimation
+                if !has_vectors && !self.can_show_vectors() =>
+            {
                 let has_some =
                     self.document.as_ref().is_some_and(|document| document.has_vectors());
                 Some(match (action, has_some) {

@@ -444,11 +444,13 @@ impl Window {
             let (letters, seen) = (axis_letters(space), (&scene.camera, orientation));
             turned = trihedron_ui(ui, area, &layout.axis_ends, letters, seen);
             self.cells.show(ui, area, scene, &response);
-            if self.clip.shows_box && Inside::is_shown_by(&scene.splat) {
-                self.box_handles.show(ui, area, scene);
-            }
-            if Inside::is_shown_by(&scene.splat) && !projects && scene.shows_field() {
-                self.slice_handles.show(ui, area, scene);
+            if Inside::is_shown_by(&scene.splat) {
+                let shows_clip = self.clip.is_on_picture;
+                if shows_clip {
+                    self.box_handles.show(ui, area, scene);
+                }
+                let shows_slices = !projects && scene.shows_field();
+                self.plane_handles.show(ui, area, scene, [shows_slices, shows_clip]);
             }
             let rests = !self.pacing.is_moving();
             let beside = (self.cells.height(), &layout.taken[..]);

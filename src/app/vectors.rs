@@ -109,6 +109,8 @@ pub(super) struct Vectors {
     pub(super) triples: [Triple; 2],
     /// Vectors of fields that were chosen, on their way; whether they are second ones.
     job: Option<(bool, Job<Result<VectorField, VolumeError>>)>,
+    /// What is asked of vectors that are on their way: done once they are there.
+    then: Option<Action>,
     /// When the phase was last moved on, seconds.
     moved_at: f64,
 }
@@ -116,7 +118,7 @@ pub(super) struct Vectors {
 impl Default for Vectors {
     fn default() -> Self {
         let clock = PhaseClock::new(0.0, FIRST_SPEED);
-        Self { clock, triples: Default::default(), job: None, moved_at: 0.0 }
+        Self { clock, triples: Default::default(), job: None, then: None, moved_at: 0.0 }
     }
 }
 
@@ -129,7 +131,7 @@ impl Window {
         is_second: bool,
         source: Option<VectorSource>,
     ) {
-        self.vectors.job = None;
+        (self.vectors.job, self.vectors.then) = (None, None);
         let Some(source) = source else {
             if let Some(scene) = &mut self.scene {
                 scene.keep_vectors(usize::from(is_second));
@@ -153,19 +155,32 @@ impl Window {
         }
     }
 
+    /// Shows the first vectors of the open file, and then does what follows vectors that are shown.
+    pub(super) fn show_vectors_first(&mut self, ctx: &Context, then: Action) {
+        self.show_first_vectors(ctx);
+        self.vectors.then = Some(then);
+    }
+
+    /// Whether vectors are not shown but could be without further choice.
+    pub(super) fn can_show_vectors(&self) -> bool {
+        self.has_hidden_vectors()
+            && self.document.as_ref().is_some_and(|document| document.first_vectors().is_some())
+    }
+
     /// Whether the file has vectors that are not shown.
     pub(super) fn has_hidden_vectors(&self) -> bool {
         let has_any = self.document.as_ref().is_some_and(Document::has_vectors);
         has_any && self.scene.as_ref().is_some_and(|scene| scene.vectors().is_empty())
     }
 
-    /// Puts vectors that are ready into the scene.
-    pub(super) fn take_vectors(&mut self) {
+    /// Puts vectors that are ready into the scene, and does what was asked of them meanwhile.
+    pub(super) fn take_vectors(&mut self, ctx: &Context) {
         let Some((is_second, ended)) =
             self.vectors.job.as_ref().and_then(|(second, job)| Some((*second, job.poll()?)))
         else {
             return;
         };
+        let then = self.vectors.then.take();
         self.vectors.job = None;
         let Some(scene) = &mut self.scene else { return };
         match ended {
@@ -205,6 +220,9 @@ impl Window {
                             self.notices.offer(Action::ShowFaded, faded_for("vectors"));
                         }
                     }
+                }
+                if let Some(action) = then {
+                    self.perform(ctx, action);
                 }
             }
             Ended::Finished(Err(VolumeError::Cancelled(_))) => {}

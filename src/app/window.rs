@@ -39,12 +39,12 @@ use super::panels::clip::ClipEditor;
 use super::panels::shading::ShadingEditor;
 use super::panels::transfer::TransferEditor;
 use super::panels::typed;
+use super::plane_handles::PlaneHandles;
 use super::polygons::Polygons;
 use super::probing::Probing;
 use super::rate::PictureRate;
 use super::saving::{Renderer, Saved};
 use super::settings::Settings;
-use super::slice_handles::SliceHandles;
 use super::theme;
 use super::undoing::State;
 use super::vectors::Vectors;
@@ -140,7 +140,7 @@ pub struct Window {
     pub(super) shading: ShadingEditor,
     pub(super) clip: ClipEditor,
     pub(super) box_handles: BoxHandles,
-    pub(super) slice_handles: SliceHandles,
+    pub(super) plane_handles: PlaneHandles,
     pub(super) effects: Effects,
     pub(super) vectors: Vectors,
     pub(super) polygons: Polygons,
@@ -204,7 +204,7 @@ impl Window {
             shading: ShadingEditor::default(),
             clip: ClipEditor::default(),
             box_handles: BoxHandles::default(),
-            slice_handles: SliceHandles::default(),
+            plane_handles: PlaneHandles::default(),
             effects: Effects::default(),
             vectors: Vectors::default(),
             polygons: Polygons::default(),
@@ -329,7 +329,7 @@ impl Window {
     /// Takes what jobs, dialogs and the desktop have brought since the last pass.
     fn take_news(&mut self, ctx: &Context) {
         self.take_document(ctx);
-        self.take_vectors();
+        self.take_vectors(ctx);
         self.take_surfaces(ctx);
         self.take_flow();
         self.take_encoding();

@@ -361,7 +361,7 @@ mod tests {
         let expected =
             Plane { point: DVec3::new(1.0, 2.0, -3.0), normal: DVec3::new(0.0, 0.5, -1.0) };
         assert_eq!(clip.planes, [expected]);
-        assert!((slices[0].share_across(&lattice, 2).unwrap() - 0.5).abs() < 1e-12);
+        assert!((slices[0].plane.share_across(&lattice, 2).unwrap() - 0.5).abs() < 1e-12);
         assert_eq!((slices[0].opacity, slices[1].opacity, slices.len()), (0.25, 0.5, 2));
         assert!(slices.iter().all(|slice| slice.only_shown && slice.edges));
         let colour = Some(crate::core::Srgb8([255, 128, 0]));

@@ -13,7 +13,7 @@ use voxsplat::task::level::LevelOfDetail;
 use voxsplat::task::still::{Refine, StillRequest};
 use voxsplat::volume::Lattice;
 
-use crate::engine::{Bench, large, rest, small};
+use crate::engine::{Bench, PATIENCE, large, rest, small};
 use crate::support::{SIZE, Within, drawer, drawn, fault, in_perspective, scene, volume_of, wide};
 
 fn cells_of(bench: &Bench) -> Arc<FoundCells> {
@@ -22,7 +22,7 @@ fn cells_of(bench: &Bench) -> Arc<FoundCells> {
         if let Some(found) = bench.engine.take_cells() {
             return found;
         }
-        assert!(start.elapsed() < Duration::from_secs(30), "no cells: {:?}", bench.engine.state());
+        assert!(start.elapsed() < PATIENCE, "no cells: {:?}", bench.engine.state());
         std::thread::sleep(Duration::from_millis(2));
     }
 }

@@ -11,7 +11,7 @@ use voxsplat::task::engine::{Effort, EngineState, Picture, SecondPicture, Second
 use voxsplat::task::estimate::shown_rmse;
 use voxsplat::volume::{Component, ScalarVolume, demo};
 
-use crate::engine::{Bench, large, rest, small};
+use crate::engine::{Bench, PATIENCE, large, rest, small};
 use crate::support::adapter;
 
 /// The finished picture of a scene, and the coarse ones before it.
@@ -35,7 +35,7 @@ fn second(bench: &Bench) -> Option<Arc<SecondPicture>> {
         if bench.engine.state() == EngineState::Idle && start.elapsed().as_secs_f64() > 1.0 {
             return None;
         }
-        assert!(start.elapsed() < Duration::from_secs(30), "{:?}", bench.engine.state());
+        assert!(start.elapsed() < PATIENCE, "{:?}", bench.engine.state());
         std::thread::sleep(Duration::from_millis(2));
     }
 }

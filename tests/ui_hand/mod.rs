@@ -428,7 +428,7 @@ fn a_slice_shows_its_section_whole_at_first_and_is_dragged_by_its_handle() {
     assert!(slice(&bench).only_shown);
     let scene = bench.last_request().scene;
     let lattice = scene.lattice();
-    assert_eq!(slice(&bench).share_across(&lattice, 2), Some(0.5));
+    assert_eq!(slice(&bench).plane.share_across(&lattice, 2), Some(0.5));
     let (camera, viewport) = (bench.camera(), bench.viewport());
     let view = View::new(&scene, bench.last_request().size);
     let place = |at: DVec3| {
@@ -445,11 +445,49 @@ fn a_slice_shows_its_section_whole_at_first_and_is_dragged_by_its_handle() {
     bench.drag_from(place(lowest), PointerButton::Primary, Modifiers::NONE, by);
     bench.settle();
     assert_eq!(bench.camera(), camera, "the view stays");
-    let share = slice(&bench).share_across(&lattice, 2).expect("still across z");
+    let share = slice(&bench).plane.share_across(&lattice, 2).expect("still across z");
     assert!((share - 0.75).abs() < 0.03, "{share}");
     press(&mut bench, Modifiers::COMMAND, Key::Z);
     bench.settle();
-    assert_eq!(slice(&bench).share_across(&lattice, 2), Some(0.5), "a drag is one step");
+    assert_eq!(slice(&bench).plane.share_across(&lattice, 2), Some(0.5), "a drag is one step");
+}
+
+#[test]
+fn a_clip_plane_is_dragged_by_its_handle_face_on_too_unless_it_is_not_on_the_picture() {
+    let mut bench = Bench::opened();
+    bench.harness.get_by_label("Add clip plane").click();
+    bench.settle();
+    let plane = |bench: &Bench| bench.window().scene().expect("open").inside.clip.planes[0];
+    let (before, camera) = (plane(&bench), bench.camera());
+    assert!((before.normal.dot(camera.direction) - 1.0).abs() < 1e-9, "across the view");
+    let scene = bench.last_request().scene;
+    let (viewport, lattice) = (bench.viewport(), scene.lattice());
+    let view = View::new(&scene, bench.last_request().size);
+    let place = |at: DVec3| {
+        let pixel = view.point_on_picture(at).expect("orthographic").as_vec2();
+        viewport.min + vec2(pixel.x, pixel.y) * (viewport.width() / view.size[0] as f32)
+    };
+    let outline = before.outline(&lattice);
+    let ends = outline.iter().zip(outline.iter().cycle().skip(1));
+    let lowest = ends.map(|(a, b)| place((*a + *b) / 2.0)).max_by(|a, b| a.y.total_cmp(&b.y));
+    let handle = lowest.expect("a side");
+    let up = vec2(0.0, -viewport.height() / 20.0);
+    bench.drag_from(handle, PointerButton::Primary, Modifiers::NONE, up);
+    bench.settle();
+    assert_eq!(bench.camera(), camera, "the view stays");
+    // Away from the eye by a twentieth of the volume's size.
+    let moved = (plane(&bench).point - before.point).dot(camera.direction);
+    let asked = 2.0 * lattice.bounding_radius() / 20.0;
+    assert!((moved / asked - 1.0).abs() < 0.2, "{moved} of {asked}");
+    press(&mut bench, Modifiers::COMMAND, Key::Z);
+    bench.settle();
+    assert_eq!(plane(&bench), before, "a drag is one step");
+    bench.harness.get_by_role_and_label(Role::CheckBox, "On the picture").click();
+    bench.settle();
+    bench.drag_from(handle, PointerButton::Primary, Modifiers::NONE, up);
+    bench.settle();
+    assert_eq!(plane(&bench), before);
+    assert_ne!(bench.camera(), camera, "the view is turned");
 }
 
 /// What did not work stays on screen until it was read.

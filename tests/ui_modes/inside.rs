@@ -237,7 +237,7 @@ fn isosurfaces_and_slices_are_added_set_and_removed() {
     press(&mut bench, "Add slice");
     let lattice = volume.lattice;
     let share =
-        |bench: &Bench, i: usize, axis| inside(bench).slices[i].share_across(&lattice, axis);
+        |bench: &Bench, i: usize, axis| inside(bench).slices[i].plane.share_across(&lattice, axis);
     assert_eq!((share(&bench, 0, 2), share(&bench, 1, 1)), (Some(0.5), Some(0.5)));
     bench.set_slider("Slice 2 position", 0.0);
     let first = 0.5 / lattice.dims[1] as f64;

@@ -81,6 +81,50 @@ fn vectors_are_taken_away_and_brought_back() {
     assert!(!layer(&bench).alone, "beside the field that is there");
 }
 
+#[test]
+fn what_follows_vectors_shows_those_of_the_file_first() {
+    let shown = |bench: &Bench| bench.window().scene().is_some_and(|s| !s.vectors().is_empty());
+    let mut bench = Bench::empty();
+    bench.open("triples.nrrd");
+    bench.settle();
+    assert!(!shown(&bench));
+    bench.harness.get_by_label("Add").click();
+    bench.harness.run_steps(3);
+    bench.harness.get_all_by_label("Streamlines").last().expect("in the menu").click();
+    bench.wait_until(|window| {
+        window
+            .scene()
+            .is_some_and(|scene| scene.layers.iter().any(|l| l.source.field == "streamlines"))
+    });
+    bench.settle();
+    assert!(shown(&bench) && layer(&bench).field.name == "wind");
+
+    let mut bench = Bench::empty();
+    bench.open("triples.nrrd");
+    bench.settle();
+    bench.harness.key_press(Key::Space);
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
+    bench.harness.run_steps(3);
+    let phase = bench.window().scene().map(|scene| scene.phase);
+    bench.wait_until(|window| window.scene().map(|scene| scene.phase) != phase);
+}
+
+#[test]
+fn enter_chooses_from_a_list_and_closes_it() {
+    let mut bench = opened();
+    let list = |bench: &Bench| bench.harness.query_all_by_label("None").count();
+    bench.harness.get_by_role_and_label(Role::ComboBox, "Vectors").click();
+    bench.harness.run_steps(3);
+    let closed = list(&bench) - 1;
+    let entry = bench.harness.get_all_by_label("None").last().expect("in the list");
+    entry.focus();
+    bench.harness.run_steps(2);
+    bench.harness.key_press(Key::Enter);
+    bench.settle();
+    assert!(bench.window().scene().unwrap().vectors().is_empty(), "chosen");
+    assert_eq!(list(&bench), closed, "closed");
+}
+
 /// What the engine makes of these requests `tests/gpu/vectors_on_the_way.rs` holds.
 #[test]
 fn another_field_beside_vectors_takes_neither_them_nor_the_mode_over() {

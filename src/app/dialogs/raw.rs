@@ -11,6 +11,7 @@ use eframe::egui::{
 use super::{Outcome, buttons_ui, modal};
 use crate::app::document::{Library, RawLayout, Slice, Source};
 use crate::app::job::{Ended, Job};
+use crate::app::panels::lists::ListUi;
 use crate::app::panels::name_ui;
 use crate::app::panels::typed;
 use crate::app::sentences::without_flags;
@@ -113,7 +114,7 @@ impl RawDialog {
                     .selected_text(text)
                     .show_ui(ui, |ui| {
                         for suggestion in &suggestions {
-                            ui.selectable_value(layout, *suggestion, told(suggestion));
+                            ui.choice_of(layout, *suggestion, told(suggestion));
                         }
                     })
                     .response
@@ -126,7 +127,7 @@ impl RawDialog {
                 .selected_text(layout.scalar_type.name())
                 .show_ui(ui, |ui| {
                     for t in ScalarType::ALL {
-                        ui.selectable_value(&mut layout.scalar_type, t, t.name());
+                        ui.choice_of(&mut layout.scalar_type, t, t.name());
                     }
                 })
                 .response

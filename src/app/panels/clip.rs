@@ -4,6 +4,7 @@ use eframe::egui::{Button, ComboBox, Ui};
 use glam::DVec3;
 
 use super::inside::{listed_ui, note_ui, remove_ui};
+use super::lists::ListUi;
 use super::range::{Numbers, range_ui};
 use super::{row_ui, slider_ui, typed};
 use crate::app::modes;
@@ -22,13 +23,13 @@ pub const LEAST: f64 = 0.005;
 pub struct ClipEditor {
     /// The box, for when it is switched on again.
     kept: Option<ClipBox>,
-    /// Whether the box is drawn over the picture, with its handles.
-    pub shows_box: bool,
+    /// Whether the box and the planes are drawn over the picture, with their handles.
+    pub is_on_picture: bool,
 }
 
 impl Default for ClipEditor {
     fn default() -> Self {
-        Self { kept: None, shows_box: true }
+        Self { kept: None, is_on_picture: true }
     }
 }
 
@@ -141,9 +142,10 @@ fn box_ui(ui: &mut Ui, editor: &mut ClipEditor, scene: &mut Scene) {
         if switch.on_hover_text("Keep a part of the volume along its own axes").changed() {
             editor.toggle_box(scene);
         }
-        if scene.inside.clip.bounds.is_some() {
-            ui.checkbox(&mut editor.shows_box, "On the picture")
-                .on_hover_text("Draw the box over the picture, with a handle on each of its faces");
+        if scene.inside.clip.cuts() || scene.inside.clip.bounds.is_some() {
+            ui.checkbox(&mut editor.is_on_picture, "On the picture").on_hover_text(
+                "Draw the box and the planes over the picture: handles on the box's faces and on each plane move them",
+            );
         }
     });
     let volume = scene.volume().cloned();
@@ -229,7 +231,7 @@ fn plane_ui(
         let shown =
             combo.selected_text(now.map_or("Oblique", |(label, _)| label)).show_ui(ui, |ui| {
                 for &(label, other) in offered {
-                    if ui.selectable_label(is_along(other), label).clicked() {
+                    if ui.choice(is_along(other), label).clicked() {
                         plane.normal = other;
                         plane.point = lattice.centre();
                     }

@@ -3,6 +3,7 @@
 use eframe::egui::{Button, CollapsingHeader, ComboBox, RichText, Ui};
 
 use super::inside::note_ui;
+use super::lists::ListUi;
 use super::view::Told;
 use super::{facts_ui, row_ui};
 use crate::app::document::Document;
@@ -253,7 +254,7 @@ fn series_ui(ui: &mut Ui, series: &[Series]) -> Option<usize> {
             for (index, one) in series.iter().enumerate() {
                 let noun = if one.slices == 1 { "slice" } else { "slices" };
                 let label = format!("{} ({} {noun})", one.name, one.slices);
-                ui.selectable_value(&mut chosen, index, label)
+                ui.choice_of(&mut chosen, index, label)
                     .on_hover_text(one.path.display().to_string());
             }
         });
@@ -275,7 +276,7 @@ fn choice_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
             let shown = combo.show_ui(ui, |ui| {
                 for (index, field) in fields.iter().enumerate() {
                     let label = field_label(field);
-                    if ui.selectable_label(index == document.field, label).clicked() {
+                    if ui.choice(index == document.field, label).clicked() {
                         let component = Component::usual(field.components);
                         choice = FieldChoice { field: index, component };
                     }
@@ -297,7 +298,7 @@ fn choice_ui(ui: &mut Ui, document: &Document) -> Option<FieldChoice> {
                 let all = std::iter::once(Component::Magnitude).chain(indices).chain(derived);
                 for component in all {
                     let selected = component == document.component;
-                    if ui.selectable_label(selected, component_label(component)).clicked() {
+                    if ui.choice(selected, component_label(component)).clicked() {
                         choice.component = component;
                     }
                 }

@@ -3,6 +3,7 @@
 use eframe::egui::{Button, CollapsingHeader, ComboBox, DragValue, RichText, Ui};
 use glam::DVec3;
 
+use super::lists::ListUi;
 use super::splat::slider_row;
 use super::{number_ui, row_ui, slider_ui, take_sought, typed};
 use crate::app::flow::{FlowChoice, FlowShape, SeedPlace};
@@ -68,7 +69,7 @@ fn seeds_ui(
         let combo = ComboBox::from_id_salt("seed place").selected_text(words(choice.place));
         let shown = combo.show_ui(ui, |ui| {
             for place in [SeedPlace::Vectors, SeedPlace::Plane, SeedPlace::Line, SeedPlace::Point] {
-                ui.selectable_value(&mut choice.place, place, words(place));
+                ui.choice_of(&mut choice.place, place, words(place));
             }
         });
         let help = "Where the lines begin: all over the field, and more of them where vectors are long; or evenly on a plane of the \
@@ -84,7 +85,7 @@ fn seeds_ui(
             let combo = ComboBox::from_id_salt("seeds").width(48.0);
             let shown = combo.selected_text(names[choice.axis.min(2)]).show_ui(ui, |ui| {
                 for (axis, name) in names.into_iter().enumerate() {
-                    ui.selectable_value(&mut choice.axis, axis, name);
+                    ui.choice_of(&mut choice.axis, axis, name);
                 }
             });
             let help = "The axis of the vectors' grid that the plane of the seeds lies across";

@@ -2,6 +2,7 @@
 
 use eframe::egui::{Button, ComboBox, Label, RichText, Ui};
 
+use super::lists::ListUi;
 use super::splat::choice_ui;
 use super::{number_ui, row_ui, slider_ui, typed};
 use crate::app::{modes, theme};
@@ -131,8 +132,9 @@ pub fn add_slice(scene: &mut Scene) {
     }
     let lattice = &volume.lattice;
     // The axis that has the fewest of them, and of these the one that is looked along most.
-    let on =
-        |axis: usize| slices.iter().filter(|s| s.share_across(lattice, axis).is_some()).count();
+    let on = |axis: usize| {
+        slices.iter().filter(|s| s.plane.share_across(lattice, axis).is_some()).count()
+    };
     #[expect(clippy::cast_possible_truncation, reason = "of 0 to 100")]
     let beside_view = |axis: usize| {
         let normal = Slice::across(lattice, axis, 0.5, 1.0).plane.normal.normalize_or_zero();
@@ -275,17 +277,17 @@ fn slice_ui(
 ) -> bool {
     let name = format!("Slice {}", i + 1);
     let lattice = &volume.lattice;
-    let across = (0..3).find(|&axis| slice.share_across(lattice, axis).is_some());
+    let across = slice.plane.axis_across(lattice);
     let removed = row_ui(ui, &name, |ui| {
         let combo = ComboBox::from_id_salt(("slice", i)).width(112.0);
         let shown =
             combo.selected_text(across.map_or("Oblique", |axis| called[axis])).show_ui(ui, |ui| {
                 for (axis, label) in called.into_iter().enumerate() {
-                    if ui.selectable_label(across == Some(axis), label).clicked() {
+                    if ui.choice(across == Some(axis), label).clicked() {
                         slice.plane = Slice::across(lattice, axis, 0.5, 1.0).plane;
                     }
                 }
-                if ui.selectable_label(false, "Across the view").clicked() {
+                if ui.choice(false, "Across the view").clicked() {
                     slice.plane = Plane { point: lattice.centre(), normal: camera.direction };
                 }
             });
@@ -297,7 +299,7 @@ fn slice_ui(
         let label = format!("{name} position");
         match across {
             Some(axis) => {
-                let share = slice.share_across(lattice, axis).unwrap_or(0.5);
+                let share = slice.plane.share_across(lattice, axis).unwrap_or(0.5);
                 if let Some(share) = place_ui(ui, &label, share, volume, axis) {
                     slice.plane = Slice::across(lattice, axis, share, 1.0).plane;
                 }

@@ -70,6 +70,9 @@ fn map_choice_ui(ui: &mut Ui, map: ColourMap, selected: bool) -> Response {
     if let Some(rect) = shown.rect(swatch) {
         paint_map(ui, rect, map);
     }
+    if shown.response.clicked() {
+        ui.close();
+    }
     shown.response
 }
 

@@ -20,6 +20,7 @@ pub mod inside;
 mod labels;
 pub mod legend;
 mod light;
+pub(super) mod lists;
 mod maps;
 mod pictures;
 pub mod places;

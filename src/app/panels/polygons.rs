@@ -5,6 +5,7 @@ use std::ops::Range;
 use eframe::egui::{ComboBox, DragValue, Label, Ui};
 
 use super::inside::{note_ui, opacity_ui, remove_ui};
+use super::lists::ListUi;
 use super::maps::choose_ui;
 use super::{labels, row_ui};
 use crate::app::actions::{Action, entry_of};
@@ -202,11 +203,11 @@ fn array_ui(ui: &mut Ui, name: &str, numbers: Numbers<'_>, look: &mut PolygonLoo
     };
     let combo = ComboBox::from_id_salt("array").selected_text(chosen).truncate();
     let shown = combo.show_ui(ui, |ui| {
-        if ui.selectable_label(look.by.is_none() && !look.by_field, NONE).clicked() {
+        if ui.choice(look.by.is_none() && !look.by_field, NONE).clicked() {
             (look.by, look.by_field) = (None, false);
         }
         if has_field {
-            let choice = ui.selectable_label(look.by_field, FIELD).on_hover_text(
+            let choice = ui.choice(look.by_field, FIELD).on_hover_text(
                 "The values of the volume at its triangles, in the colours of the transfer function; plain beside the volume",
             );
             if choice.clicked() {
@@ -215,7 +216,7 @@ fn array_ui(ui: &mut Ui, name: &str, numbers: Numbers<'_>, look: &mut PolygonLoo
         }
         for (array, own) in arrays.iter().enumerate() {
             let is_chosen = look.by.is_some_and(|by| by.array == array);
-            if ui.selectable_label(is_chosen, &own.name).clicked()
+            if ui.choice(is_chosen, &own.name).clicked()
                 && let Some(range) = own.range()
             {
                 let map = look.by.map_or(ByArray::FIRST_MAP, |by| by.map);

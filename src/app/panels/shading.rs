@@ -6,6 +6,7 @@ use eframe::egui::{Button, ComboBox, Ui};
 
 use super::inside::note_ui;
 use super::light::{self, lighting_ui};
+use super::lists::ListUi;
 use super::shading_table::{Entry, TableEditor, table_ui};
 use super::splat::combo_ui;
 use super::{name_ui, row_ui};
@@ -183,7 +184,7 @@ fn preset_ui(ui: &mut Ui, scene: &mut Scene) {
         let shown = combo.show_ui(ui, |ui| {
             for preset in all() {
                 let (name, help) = preset_words(preset);
-                let label = ui.selectable_label(now == Some(preset), name);
+                let label = ui.choice(now == Some(preset), name);
                 if label.on_hover_text(help).clicked() {
                     chosen = Some(preset);
                 }

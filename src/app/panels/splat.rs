@@ -4,6 +4,7 @@ use eframe::egui::{
     Button, CollapsingHeader, ComboBox, Label, Painter, Rect, Response, RichText, Slider, Ui,
 };
 
+use super::lists::ListUi;
 use super::{number_ui, pictures, reset_ui, row_ui, slider_ui, typed};
 use crate::app::modes::{self, PRESETS};
 use crate::app::{theme, words};
@@ -371,7 +372,7 @@ fn pictured_ui<T: Copy + PartialEq, W: Into<String>>(
         let combo = combo.selected_text(words(now).0.into());
         let shown = combo.show_ui(ui, |ui| {
             for &one in all {
-                let entry = ui.selectable_label(one == now, words(one).0.into());
+                let entry = ui.choice(one == now, words(one).0.into());
                 if entry.on_hover_ui(|ui| tooltip(ui, one)).clicked() {
                     chosen = Some(one);
                 }
@@ -396,7 +397,7 @@ pub(super) fn combo_ui<T: Copy + PartialEq, W: Into<String>>(
     let shown = combo.selected_text(text.into()).show_ui(ui, |ui| {
         for &one in all {
             let (text, help) = words(one);
-            if ui.selectable_label(one == now, text.into()).on_hover_text(help).clicked() {
+            if ui.choice(one == now, text.into()).on_hover_text(help).clicked() {
                 chosen = Some(one);
             }
         }

@@ -16,11 +16,12 @@ use super::freehand::{Stroke, handle_freehand};
 use super::graph::{self, Axes, Extent, GraphView};
 use super::inside::note_ui;
 use super::labels::labels_ui;
+use super::lists::ListUi;
 use super::maps::map_ui;
 use super::regions::{RegionEditor, regions_ui};
 use super::stops::{self, StopEditor};
 use super::stretch::stretch;
-use super::{name_ui, number_ui, row_ui, typed};
+use super::{name_ui, number_ui, row_ui, typed, wide_number_ui};
 use crate::app::actions::{Action, entry_of};
 use crate::app::{theme, words};
 use crate::scene::{AlongRay, Scene};
@@ -30,6 +31,8 @@ use crate::volume::{LabelName, Statistics};
 
 /// Height of the graph, points.
 const GRAPH_HEIGHT: f32 = 132.0;
+/// Width of an opacity, points: long values beside it leave room for the buttons of their row.
+const OPACITY_WIDTH: f32 = 48.0;
 
 /// How the opacity curve is edited.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -182,7 +185,7 @@ fn preset_ui(
                     true => format!("{help}. These values are no Hounsfield units: by percentiles"),
                     false => help.to_owned(),
                 };
-                let entry = ui.selectable_label(current == Some(*preset), label);
+                let entry = ui.choice(current == Some(*preset), label);
                 if entry.on_hover_text(help).clicked() {
                     chosen = Some(with_no_data(function));
                 }
@@ -410,7 +413,7 @@ fn value_within_ui(
 /// An opacity, 0 to 1.
 pub(super) fn opacity_ui(ui: &mut Ui, name: &str, opacity: &mut f64) -> Response {
     let drag = typed::number(ui, name, opacity, 0.0..=1.0).speed(0.005).max_decimals(4);
-    number_ui(ui, name, drag)
+    wide_number_ui(ui, name, OPACITY_WIDTH, drag)
 }
 
 /// What the graph shows of the values, and how.
@@ -428,7 +431,7 @@ fn view_ui(ui: &mut Ui, view: &mut GraphView) {
                 (Extent::Colours, "Only the values that the colours span"),
                 (Extent::Percentiles, "Only what lies between the percentiles chosen below"),
             ] {
-                ui.selectable_value(&mut view.extent, extent, label(extent)).on_hover_text(help);
+                ui.choice_of(&mut view.extent, extent, label(extent)).on_hover_text(help);
             }
         });
         shown.response.accessible_name("Graph").on_hover_text("Which values the graph shows");

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use eframe::egui::{CollapsingHeader, ComboBox, RichText, Ui};
 use glam::DVec3;
 
+use super::lists::ListUi;
 use super::splat::slider_row;
 use super::vector_look::Names;
 use super::{flow, row_ui, slider_ui, typed, vector_look};
@@ -129,19 +130,19 @@ fn field_ui(
     row_ui(ui, choice.name, |ui| {
         let combo = ComboBox::from_id_salt("vectors").selected_text(shown.unwrap_or("None"));
         let response = combo.truncate().show_ui(ui, |ui| {
-            if ui.selectable_label(shown.is_none(), "None").clicked() {
+            if ui.choice(shown.is_none(), "None").clicked() {
                 request = Some(None);
             }
             for (index, field) in fields().filter(|(_, field)| field.components == 3) {
                 let name = field.name.as_str();
-                if ui.selectable_label(shown == Some(name), name).clicked() && shown != Some(name) {
+                if ui.choice(shown == Some(name), name).clicked() && shown != Some(name) {
                     request = Some(Some(VectorSource::Field(index)));
                 }
             }
             if let Some(first) = document.scalar_triple() {
                 let help = "Put vectors together of three scalar fields of the file: their components \
                             along x, y and z";
-                let entry = ui.selectable_label(triple.is_open(), "Three scalar fields…");
+                let entry = ui.choice(triple.is_open(), "Three scalar fields…");
                 if entry.on_hover_text(help).clicked() {
                     triple.open(first);
                 }
@@ -166,7 +167,7 @@ fn triple_ui(ui: &mut Ui, document: &Document, triple: &mut Triple) -> Option<Ve
             let shown = combo.show_ui(ui, |ui| {
                 for (index, field) in fields.iter().enumerate() {
                     if field.components == 1
-                        && ui.selectable_label(index == chosen[axis], &field.name).clicked()
+                        && ui.choice(index == chosen[axis], &field.name).clicked()
                     {
                         triple.choose(axis, index);
                     }
@@ -199,7 +200,7 @@ fn animation_ui(ui: &mut Ui, clock: &mut PhaseClock, fps: &mut u32, now: f64) {
         let combo = ComboBox::from_id_salt("fps").width(84.0).selected_text(format!("≤ {fps} fps"));
         let shown = combo.show_ui(ui, |ui| {
             for most in [10, 20, 30, 60] {
-                ui.selectable_value(fps, most, format!("≤ {most} fps"));
+                ui.choice_of(fps, most, format!("≤ {most} fps"));
             }
         });
         shown

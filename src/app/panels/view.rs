@@ -2,6 +2,7 @@
 
 use eframe::egui::{CollapsingHeader, ComboBox, IntoAtoms, Label, RichText, Ui};
 
+use super::lists::ListUi;
 use super::{row_ui, slider_ui, typed};
 use crate::app::actions::{Action, entry_of};
 use crate::app::annotations::switches_ui;
@@ -156,7 +157,7 @@ pub fn up_menu_ui<'a>(ui: &mut Ui, name: impl IntoAtoms<'a>, scene: &mut Scene, 
 fn up_choices_ui(ui: &mut Ui, scene: &mut Scene, told: Told) {
     let mut chosen = scene.up;
     for choice in std::iter::once(None).chain(UpAxis::ALL.map(Some)) {
-        ui.selectable_value(&mut chosen, choice, up_name(choice, told));
+        ui.choice_of(&mut chosen, choice, up_name(choice, told));
     }
     if chosen != scene.up {
         let own = told.orientation;
@@ -231,7 +232,7 @@ fn moving_ui(ui: &mut Ui, scene: &mut Scene) {
         let shown = combo.show_ui(ui, |ui| {
             for choice in Moving::ALL {
                 let (label, help) = moving_words(choice);
-                ui.selectable_value(moving, choice, label).on_hover_text(help);
+                ui.choice_of(moving, choice, label).on_hover_text(help);
             }
         });
         shown.response.accessible_name("Moving picture").on_hover_text(
@@ -257,7 +258,7 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
         let shown = combo.show_ui(ui, |ui| {
             for preset in BudgetPreset::ALL {
                 let (label, help) = preset_words(preset);
-                ui.selectable_value(&mut chosen, Some(preset), label).on_hover_text(help);
+                ui.choice_of(&mut chosen, Some(preset), label).on_hover_text(help);
             }
         });
         shown
@@ -299,7 +300,7 @@ fn steps_ui(ui: &mut Ui, settings: &mut Settings) {
         let combo = ComboBox::from_id_salt("ladder").selected_text(ladder_label(settings.ladder));
         let shown = combo.show_ui(ui, |ui| {
             for (ladder, label, help) in LADDERS {
-                ui.selectable_value(&mut settings.ladder, ladder, label).on_hover_text(help);
+                ui.choice_of(&mut settings.ladder, ladder, label).on_hover_text(help);
             }
         });
         shown

@@ -142,6 +142,20 @@ impl Plane {
         HalfSpace { normal: across / length, least: least / length }
     }
 
+    /// The share of a lattice's extent along an axis at which it lies across it; `None` where it lies
+    /// obliquely.
+    pub fn share_across(&self, lattice: &Lattice, axis: usize) -> Option<f64> {
+        let half = self.in_index(lattice);
+        let along = half.normal[axis];
+        let share = (half.least / along + 0.5) / lattice.dims[axis] as f64;
+        (along.abs() > 1.0 - 1e-9).then_some(share)
+    }
+
+    /// The axis of a lattice that it lies across.
+    pub fn axis_across(&self, lattice: &Lattice) -> Option<usize> {
+        (0..3).find(|&axis| self.share_across(lattice, axis).is_some())
+    }
+
     pub(super) fn check(&self) -> Result<(), InsideError> {
         let Self { point, normal } = *self;
         let is_sound = point.is_finite() && normal.is_finite() && normal != DVec3::ZERO;

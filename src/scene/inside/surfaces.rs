@@ -101,15 +101,6 @@ impl Slice {
         Self { plane, opacity, only_shown: false, edges: false }
     }
 
-    /// The share of a lattice's extent along an axis at which it lies across it; `None` where it lies
-    /// obliquely.
-    pub fn share_across(&self, lattice: &Lattice, axis: usize) -> Option<f64> {
-        let half = self.plane.in_index(lattice);
-        let along = half.normal[axis];
-        let share = (half.least / along + 0.5) / lattice.dims[axis] as f64;
-        (along.abs() > 1.0 - 1e-9).then_some(share)
-    }
-
     /// Whether every voxel lies on one side of it, whole.
     pub(super) fn is_beside(&self, lattice: &Lattice) -> bool {
         let half = self.plane.in_index(lattice);
@@ -179,7 +170,7 @@ mod tests {
             let off = (lattice.world_from_index(index) - slice.plane.point).dot(slice.plane.normal);
             assert!(off.abs() < 1e-12, "{axis}: {off}");
             for other in 0..3 {
-                let share = slice.share_across(&lattice, other);
+                let share = slice.plane.share_across(&lattice, other);
                 assert_eq!(share.is_some(), other == axis, "{axis} {other}");
                 assert!(share.is_none_or(|share| (share - 0.3).abs() < 1e-12));
             }
