@@ -18,6 +18,7 @@ mod peers;
 use voxsplat::accuracy::{self, Difference};
 use voxsplat::app::words;
 use voxsplat::core::Ticket;
+use voxsplat::core::enlarge::enlarged;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, SlabField, Wishes};
 use voxsplat::hierarchy::ScalarPyramid;
 use voxsplat::kernel::{Averaged, Coefficients, Kernel, nearest_tents};
@@ -25,7 +26,6 @@ use voxsplat::plan::Plan;
 use voxsplat::scene::{Scene, SplatSettings};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{Effort, Engine, EngineState, FrameRequest, Ladder, Picture};
-use voxsplat::task::still::enlarged;
 use voxsplat::volume::ScalarVolume;
 
 const SIZE: [u32; 2] = [1280, 800];

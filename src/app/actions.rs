@@ -39,6 +39,7 @@ pub enum Action {
     NextView,
     Converge,
     ToggleLights,
+    ToggleMaximum,
     ToggleFade,
     ShowFaded,
     ShowVectors,
@@ -147,7 +148,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 57] = [
+pub const ACTIONS: [Entry; 58] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -372,6 +373,13 @@ pub const ACTIONS: [Entry; 57] = [
         "Let the marks of vectors move along the flow, or stop them where they are",
     ),
     entry(Action::ToggleLights, Menu::View, "Lights", plain(Key::L), "Switch the lights on or off"),
+    entry(
+        Action::ToggleMaximum,
+        Menu::View,
+        "Maximum (MIP)",
+        plain(Key::M),
+        "Show the greatest value on each line of sight, or the volume again; Rendering, on top of the side panel, has the mean and the least",
+    ),
     entry(
         Action::ToggleFade,
         Menu::View,

@@ -17,8 +17,8 @@ use super::vectors::faded_for;
 use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::scene::{
-    Annotation, Inside, MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_LIGHTS, MOST_SLICES, NamedView,
-    Scene,
+    AlongRay, Annotation, Inside, MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_LIGHTS, MOST_SLICES,
+    NamedView, Scene,
 };
 
 /// What is told of what lies in the volume, once it changes: how many slices there are, and whether the volume is faded.
@@ -29,10 +29,9 @@ pub(super) fn told_of(inside: &Inside) -> (usize, bool) {
 impl Window {
     /// Runs the commands whose keys were pressed.
     pub(super) fn take_keys(&mut self, ctx: &Context) {
-        // While a dialog asks, keys are its own; only help closes by its own key. Steps go back behind it
-        // all the same, where no text is being typed.
+        // While a dialog asks, keys are its own; only help closes by its own key.
         let allowed = |action: &Action| match (&self.dialog, action) {
-            (None, _) | (Some(_), Action::Quit | Action::Undo | Action::Redo) => true,
+            (None, _) | (Some(_), Action::Quit) => true,
             (Some(Dialog::Help), Action::ToggleHelp) => true,
             (Some(_), _) => false,
         };
@@ -113,6 +112,7 @@ impl Window {
                 self.start_flow(ctx, FlowShape::Streamlines);
             }
             Action::ToggleLights => self.toggle_lights(),
+            Action::ToggleMaximum => self.toggle_maximum(),
             Action::ToggleFade => self.toggle_fade(),
             Action::ShowFaded => {
                 self.scene.iter_mut().for_each(|scene| scene.fade(false));
@@ -168,6 +168,9 @@ impl Window {
             Action::AddClipPlane if has(|i| i.clip.planes.len(), MOST_CLIP_PLANES) => {
                 Some(NO_MORE_PLANES)
             }
+            Action::ToggleMaximum if scene.is_none_or(|scene| !scene.shows_field()) => {
+                Some("There is no volume to project: open one, or show its field")
+            }
             Action::AddLight if scene.is_none_or(|scene| scene.volume().is_none()) => {
                 Some("There is no volume to be lit: open one first")
             }
@@ -203,13 +206,15 @@ impl Window {
     /// Whether what a command switches is on; `None` where it switches nothing.
     pub(super) fn is_on(&self, action: Action) -> Option<bool> {
         let scene = self.scene.as_ref();
+        let inside = scene.map(|scene| &scene.inside);
         let written = |which: Annotation| self.settings.annotations.has(which);
         Some(match action {
             Action::ToggleProjection => scene.is_some_and(|scene| {
                 matches!(scene.camera.projection, Projection::Perspective { .. })
             }),
             Action::ToggleLights => scene.is_some_and(|scene| scene.shading.lighting.is_some()),
-            Action::ToggleFade => scene.is_some_and(|scene| scene.inside.is_faded),
+            Action::ToggleMaximum => inside.is_some_and(|inside| inside.along == AlongRay::Maximum),
+            Action::ToggleFade => inside.is_some_and(|inside| inside.is_faded),
             Action::ToggleScalarBar => written(Annotation::ScalarBar),
             Action::ToggleScaleBar => written(Annotation::ScaleBar),
             Action::ToggleAxes => written(Annotation::Axes),
@@ -267,6 +272,18 @@ impl Window {
         }
     }
 
+    /// Shows the greatest value on each line of sight, or the volume again.
+    fn toggle_maximum(&mut self) {
+        let Some((scene, document)) = self.scene.as_mut().zip(self.document.as_ref()) else {
+            return;
+        };
+        let chosen = match scene.inside.along {
+            AlongRay::Maximum => AlongRay::Composite,
+            _ => AlongRay::Maximum,
+        };
+        inside::choose_rendering(scene, chosen, &document.first_look.transfer.colour);
+    }
+
     /// Adds something that lies in the volume, whose row is in sight in the side panel then.
     fn add_inside(&mut self, ctx: &Context, add: fn(&mut Scene)) {
         let Some(scene) = &mut self.scene else { return };
@@ -282,17 +299,12 @@ impl Window {
         panels::seek(ctx, name);
     }
 
-    /// What follows where slices or isosurfaces were added: a view of everything is one of these, too, and it is said where the volume
-    /// was faded for them.
+    /// Says where the volume was faded for slices or isosurfaces that were added.
     pub(super) fn tell_of_inside(&mut self, (slices, was_faded): (usize, bool)) {
         let Some(scene) = &self.scene else { return };
         let (now, is_faded) = told_of(&scene.inside);
-        let (has_more_slices, is_faded) = (now > slices, is_faded && !was_faded);
-        if has_more_slices && let Some(view) = self.unmoved_view() {
-            self.fit(view);
-        }
-        if is_faded {
-            let name = if has_more_slices { "slice" } else { "isosurface" };
+        if is_faded && !was_faded {
+            let name = if now > slices { "slice" } else { "isosurface" };
             self.notices.offer(Action::ShowFaded, faded_for(name));
         }
     }

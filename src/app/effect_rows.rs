@@ -12,8 +12,11 @@ impl Window {
     pub(super) fn effects_panel_ui(&mut self, ctx: &Context) {
         if self.effects.open {
             let rows = self.effect_rows(ctx);
-            let held = self.viewport.picture().and_then(|picture| picture.report.held);
-            self.effects.open = effects_ui(ctx, &rows, held.map(|held| held.all));
+            let picture = self.viewport.picture();
+            let held = picture.as_ref().and_then(|picture| picture.report.held);
+            let progress = self.scene.as_ref().zip(picture.as_ref());
+            let progress = progress.and_then(|(scene, first)| self.effects.progress(scene, first));
+            self.effects.open = effects_ui(ctx, &rows, held.map(|held| held.all), progress);
         }
     }
 

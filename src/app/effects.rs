@@ -171,8 +171,23 @@ impl Effects {
         self.asked.is_some()
     }
 
+    /// How many of the pictures that are drawn to measure a scene's effects are there, and how many there are to be, while
+    /// one of them is drawn.
+    pub(super) fn progress(&self, scene: &Scene, first: &Picture) -> Option<[usize; 2]> {
+        let counted = self.counted(scene, first);
+        let drawn = counted.iter().map(|(count, _)| *count).sum();
+        self.is_measuring().then_some([drawn, counted.len() * ROUNDS])
+    }
+
     /// What is to be drawn next: the scene or it without an effect, whichever was drawn least often.
     fn next(&self, scene: &Scene, first: &Picture) -> Option<Scene> {
+        let counted = self.counted(scene, first);
+        let (count, next) = counted.into_iter().min_by_key(|(count, _)| *count)?;
+        (count < ROUNDS).then_some(next)
+    }
+
+    /// A scene and it without each effect that is shown, and how often each was drawn; none without an effect.
+    fn counted(&self, scene: &Scene, first: &Picture) -> Vec<(usize, Scene)> {
         let size = first.requested_size;
         let is_shown = |effect: &Effect| match effect {
             Effect::Shading => !scene.shading.is_plain() && !first.report.effects.is_empty(),
@@ -181,12 +196,11 @@ impl Effects {
         let shown = Effect::ALL.iter().filter(|effect| is_shown(effect));
         let others: Vec<Scene> = shown.filter_map(|effect| effect.left_out_of(scene)).collect();
         if others.is_empty() {
-            return None;
+            return Vec::new();
         }
         let all = std::iter::once(scene.clone()).chain(others);
-        let counted = all.map(|one| (self.finished(&one, size).map_or(0, |f| f.ms.len()), one));
-        let (count, next) = counted.min_by_key(|(count, _)| *count)?;
-        (count < ROUNDS).then_some(next)
+        let count = |one: &Scene| self.finished(one, size).map_or(0, |f| f.ms.len());
+        all.map(|one| (count(&one), one)).collect()
     }
 }
 

@@ -8,7 +8,7 @@ use super::layout::{NO_SIDE_ROOM, has_side_room};
 use super::modes;
 use super::panels::flow::FLOW;
 use super::panels::places::{PLACES, Place};
-use super::panels::{self, SPLATS, VECTORS};
+use super::panels::{self, ON_TOP, SPLATS, VECTORS};
 use super::window::Window;
 
 /// What was found.
@@ -73,7 +73,10 @@ impl Window {
             Found::Command(action) => self.perform(ctx, action),
             Found::Setting(place) => {
                 self.settings.side_panel = true;
-                self.show_section(ctx, place.section);
+                if place.section != ON_TOP {
+                    self.show_section(ctx, place.section);
+                }
+                panels::seek_row(ctx, place.section, place.name);
                 if place.name == FLOW {
                     panels::seek(ctx, FLOW);
                 }

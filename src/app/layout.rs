@@ -18,9 +18,9 @@ use super::notices::text_and_button_ui;
 use super::panels::data::DataChoice;
 use super::panels::vectors::VectorRequest;
 use super::panels::{
-    CLIP, DATA, FUNCTIONS, INSIDE, POLYGONS, SHADING, SPLATS, Sections, TRANSFER, VECTORS, VIEW,
-    accuracy, clip, compare, data, encoding, inside, polygons, section_ui, shading, splat, status,
-    titled_section_ui, transfer, vectors, view,
+    CLIP, DATA, FUNCTIONS, INSIDE, ON_TOP, POLYGONS, SHADING, SPLATS, Sections, TRANSFER, VECTORS,
+    VIEW, accuracy, clip, compare, data, encoding, in_section_ui, inside, polygons, section_ui,
+    shading, splat, status, titled_section_ui, transfer, vectors, view,
 };
 use super::trihedron::trihedron_ui;
 use super::viewport::PixelArea;
@@ -185,6 +185,7 @@ impl Window {
     ) {
         let tick = IdSalt::new("tick");
         for entry in ACTIONS.iter().filter(|entry| entry.menu == menu && stands(entry.action)) {
+            let name = shown_name(entry);
             if entry.action.begins_group() {
                 ui.separator();
             }
@@ -193,7 +194,7 @@ impl Window {
             // Menus with ticks have room for one before each name.
             let mut button = match menu {
                 Menu::Add | Menu::View | Menu::Camera => {
-                    Button::new((Atom::custom(tick, vec2(TICK, TICK)), entry.name))
+                    Button::new((Atom::custom(tick, vec2(TICK, TICK)), name))
                 }
                 _ => Button::new(entry.name),
             };
@@ -279,7 +280,9 @@ impl Window {
             return;
         };
         let space = document.grid.space.as_deref();
-        inside::rendering_ui(ui, scene, &document.first_look.transfer.colour);
+        in_section_ui(ui, ON_TOP, |ui| {
+            inside::rendering_ui(ui, scene, &document.first_look.transfer.colour);
+        });
         ui.add_space(4.0);
         let choice = section_ui(ui, sections, DATA, |ui| {
             let choice = data::data_ui(ui, document);
@@ -530,6 +533,14 @@ pub(super) fn has_side_room(ctx: &Context) -> bool {
 }
 
 /// Undo and redo, each with what it would do; `chosen` is the one that was clicked.
+/// The name of a command in its menu: *Add* says what those in it do.
+fn shown_name(entry: &Entry) -> String {
+    let rest = entry.name.strip_prefix("Add ").filter(|_| entry.menu == Menu::Add);
+    let Some(rest) = rest else { return entry.name.to_owned() };
+    let mut letters = rest.chars();
+    letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).collect()
+}
+
 fn edit_menu_ui(ui: &mut Ui, steps: &[Option<(String, String)>; 2], chosen: &mut Option<Action>) {
     for (action, words) in [Action::Undo, Action::Redo].into_iter().zip(steps) {
         let entry = entry_of(action);

@@ -216,24 +216,12 @@ impl Kept {
         let view = texture.create_view(&Default::default());
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         let mut entries = vec![entry(0, wgpu::BindingResource::TextureView(&view))];
-        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
-            label: Some("picture"),
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            ..Default::default()
-        });
         let other = self.second.texture.as_ref().map(|t| t.create_view(&Default::default()));
         match (variant.entry, &other, &self.amount) {
-            (Entry::Exact, ..) => {}
-            (Entry::Enlarged, ..) => {
-                entries.push(entry(1, wgpu::BindingResource::Sampler(&sampler)));
-            }
+            (Entry::Exact | Entry::Enlarged, ..) => {}
             (Entry::Difference | Entry::Faded, Some(other), Some(amount)) => {
-                if variant.entry == Entry::Faded {
-                    entries.push(entry(1, wgpu::BindingResource::Sampler(&sampler)));
-                }
-                entries.push(entry(2, wgpu::BindingResource::TextureView(other)));
-                entries.push(entry(3, amount.as_entire_binding()));
+                entries.push(entry(1, wgpu::BindingResource::TextureView(other)));
+                entries.push(entry(2, amount.as_entire_binding()));
             }
             (Entry::Difference | Entry::Faded, ..) => return,
         }

@@ -5,6 +5,7 @@
 
 pub mod camera;
 pub mod colour;
+pub mod enlarge;
 pub mod memory;
 mod names;
 mod pace;

@@ -14,6 +14,7 @@ use super::remaining::{self, Told, WITHIN_DB};
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
+use crate::core::enlarge::enlarged;
 use crate::core::memory::TooLarge;
 use crate::core::{Camera, Cancelled, Ticket};
 use crate::gpu::{GpuError, OctreeBuilder};
@@ -608,59 +609,4 @@ pub fn scaled(size: [u32; 2], scale: f64) -> [u32; 2] {
 
 pub(super) fn widened(light: &[[f32; 4]]) -> Vec<[f64; 4]> {
     light.iter().map(|pixel| pixel.map(f64::from)).collect()
-}
-
-/// A smaller picture enlarged by linear interpolation in linear light, edges held.
-pub fn enlarged(light: Vec<[f32; 4]>, from: [u32; 2], to: [u32; 2]) -> Vec<[f32; 4]> {
-    if from == to {
-        return light;
-    }
-    let columns = taps(from[0], to[0]);
-    let row = from[0] as usize;
-    let mix = |a: [f32; 4], b: [f32; 4], f: f32| -> [f32; 4] {
-        std::array::from_fn(|c| a[c] * (1.0 - f) + b[c] * f)
-    };
-    taps(from[1], to[1])
-        .into_iter()
-        .flat_map(|(top, bottom, down)| {
-            let (top, bottom) = (&light[top * row..], &light[bottom * row..]);
-            columns
-                .iter()
-                .map(|&(left, right, across)| {
-                    let above = mix(top[left], top[right], across);
-                    mix(above, mix(bottom[left], bottom[right], across), down)
-                })
-                .collect::<Vec<_>>()
-        })
-        .collect()
-}
-
-/// For each of `to` pixel centres, the two of `from` around it and the share of the second.
-pub(super) fn taps(from: u32, to: u32) -> Vec<(usize, usize, f32)> {
-    let last = f64::from(from - 1);
-    (0..to)
-        .map(|i| {
-            let x = (f64::from(i) + 0.5) * f64::from(from) / f64::from(to) - 0.5;
-            let x = x.clamp(0.0, last);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..from")]
-            let left = x as usize;
-            #[expect(clippy::cast_possible_truncation, reason = "0..1")]
-            let share = (x - x.floor()) as f32;
-            (left, (left + 1).min(from as usize - 1), share)
-        })
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn enlarging_keeps_a_ramp_a_ramp_and_its_edges() {
-        let light: Vec<[f32; 4]> = (0..4).map(|i| [i as f32; 4]).collect();
-        let large = enlarged(light, [4, 1], [8, 2]);
-        assert_eq!(large.len(), 16);
-        let row: Vec<f32> = large[..8].iter().map(|p| p[0]).collect();
-        assert_eq!(row, [0.0, 0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.0]);
-    }
 }

@@ -84,11 +84,16 @@ impl<T> Findable<T> {
     /// How far it is from what was asked for, in words of lower case; `None` where it is something else.
     fn distance(&self, words: &[String]) -> Option<usize> {
         let name = self.name.to_lowercase();
-        let texts = [&name, &self.place.to_lowercase(), &self.help.to_lowercase()];
+        let place = self.place.to_lowercase();
+        let texts = [&name, &place, &self.help.to_lowercase()];
+        let begins = |text: &str, word: &str| {
+            text.split(|c: char| !c.is_alphanumeric()).any(|part| part.starts_with(word))
+        };
         let of_one = |word: &str| match () {
             () if name.starts_with(word) => Some(0),
-            () if name.split(' ').any(|part| part.starts_with(word)) => Some(1),
-            () => texts.iter().position(|text| text.contains(word)).map(|which| which + 2),
+            () if begins(&name, word) => Some(1),
+            () if begins(&place, word) => Some(2),
+            () => texts.iter().position(|text| text.contains(word)).map(|which| which + 3),
         };
         let of_word = |word: &String| {
             let called = ALSO_CALLED.iter().filter(|(other, _)| other.starts_with(&**word));

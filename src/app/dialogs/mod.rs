@@ -110,13 +110,14 @@ fn shown_modal<T>(
     }
 }
 
-/// A sheet to be read; true once it was closed, by its button, Escape or a click beside it: nothing is typed here that could be
-/// lost.
+/// A sheet to be read; true once it was closed, by its button, Enter, Escape or a click beside it: nothing is typed here that could
+/// be lost.
 fn sheet(ctx: &Context, id: &str, title: &str, width: f32, add: impl FnOnce(&mut Ui)) -> bool {
     let (outcome, beside) = shown_modal(ctx, id, title, width, |ui| {
         add(ui);
         ui.add_space(6.0);
-        if ui.button("Close").clicked() { Outcome::Done(()) } else { Outcome::Open }
+        let enter = ui.input(|input| input.key_pressed(Key::Enter));
+        if ui.button("Close").clicked() || enter { Outcome::Done(()) } else { Outcome::Open }
     });
     beside || outcome != Outcome::Open
 }

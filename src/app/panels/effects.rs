@@ -88,8 +88,14 @@ pub struct Row {
     pub bytes: Option<i64>,
 }
 
-/// The panel; whether it is to stay open. `all_bytes` is what the device holds in all.
-pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
+/// The panel; whether it is to stay open. `all_bytes` is what the device holds in all, and `progress` how many of how many pictures
+/// were drawn to measure it.
+pub fn effects_ui(
+    ctx: &Context,
+    rows: &[Row],
+    all_bytes: Option<u64>,
+    progress: Option<[usize; 2]>,
+) -> bool {
     let mut open = true;
     // Below the menus, which it is not to cover.
     let mut place = ctx.content_rect();
@@ -111,6 +117,10 @@ pub fn effects_ui(ctx: &Context, rows: &[Row], all_bytes: Option<u64>) -> bool {
             "Samples, fields, tables and pictures, as this program allocates them, when the picture \
              on screen was finished",
         );
+        if let Some([drawn, all]) = progress {
+            let text = format!("Measuring: {drawn} of {all} pictures drawn");
+            ui.label(RichText::new(text).size(12.0).color(theme::TEXT_FAINT));
+        }
     });
     open
 }

@@ -112,9 +112,8 @@ pub fn add_isosurface(scene: &mut Scene) {
     }
     let new = Isosurface::first(&transfer, &volume.statistics);
     scene.inside.isosurfaces.push(new);
-    let is_hidden =
-        scene.little_seen_of_isosurface(&new).is_some_and(|seen| seen <= NEXT_TO_NOTHING);
-    if is_hidden || scene.is_opaque_body() {
+    // In the colour of the matter about it, it would not be told from that, hidden or not.
+    if scene.can_fade() {
         scene.fade(true);
     }
 }
@@ -375,6 +374,22 @@ pub fn rendering_words(along: AlongRay) -> (&'static str, &'static str) {
     }
 }
 
+/// Shows something else of the values along each line of sight. `first` are the colours of the first look.
+pub fn choose_rendering(scene: &mut Scene, chosen: AlongRay, first: &ColourSource) {
+    let before = std::mem::replace(&mut scene.inside.along, chosen);
+    // Names of things keep their own colours.
+    let volume = scene.volume().filter(|_| scene.splat.kernel != Kernel::Nearest);
+    scene.inside.projected_range = volume.and_then(|volume| projected_range(volume, chosen));
+    let is_scan = scene.volume().is_some_and(|v| Kind::of(&v.statistics).is_of_scan());
+    let is_first = scene.transfer().is_some_and(|transfer| transfer.colour == *first);
+    scene.inside.projected_grey = match (before, chosen) {
+        (_, AlongRay::Composite) => false,
+        // As colleagues know them from elsewhere, unless somebody chose colours.
+        (AlongRay::Composite, _) => is_first && is_scan,
+        _ => scene.inside.projected_grey,
+    };
+}
+
 /// What is shown of the values along each line of sight: the first thing that a viewer is asked for.
 /// `first` are the colours of the first look.
 pub fn rendering_ui(ui: &mut Ui, scene: &mut Scene, first: &ColourSource) {
@@ -382,18 +397,7 @@ pub fn rendering_ui(ui: &mut Ui, scene: &mut Scene, first: &ColourSource) {
     if let Some(chosen) = choice_ui(ui, "Rendering", AlongRay::ALL, before, rendering_words)
         && chosen != before
     {
-        scene.inside.along = chosen;
-        // Names of things keep their own colours.
-        let volume = scene.volume().filter(|_| scene.splat.kernel != Kernel::Nearest);
-        scene.inside.projected_range = volume.and_then(|volume| projected_range(volume, chosen));
-        let is_scan = scene.volume().is_some_and(|v| Kind::of(&v.statistics).is_of_scan());
-        let is_first = scene.transfer().is_some_and(|transfer| transfer.colour == *first);
-        scene.inside.projected_grey = match (before, chosen) {
-            (_, AlongRay::Composite) => false,
-            // As colleagues know them from elsewhere, unless somebody chose colours.
-            (AlongRay::Composite, _) => is_first && is_scan,
-            _ => scene.inside.projected_grey,
-        };
+        choose_rendering(scene, chosen, first);
     }
     if scene.inside.along == AlongRay::Composite {
         return;

@@ -43,8 +43,8 @@ pub mod view;
 use std::collections::BTreeMap;
 
 use eframe::egui::{
-    Align, CollapsingHeader, Context, DragValue, Id, Label, Layout, Response, RichText, Slider, Ui,
-    vec2,
+    Align, CollapsingHeader, Context, DragValue, Id, Label, Layout, Response, RichText, Slider,
+    Stroke, StrokeKind, Ui, vec2,
 };
 
 use super::theme;
@@ -58,6 +58,8 @@ const VALUE_AND_RESET_WIDTH: f32 = 140.0;
 
 /// Sections that are closed until somebody opens them: they are needed rarely.
 const CLOSED_AT_FIRST: [&str; 3] = [FUNCTIONS, POLYGONS, SPLATS];
+/// What stands above all sections.
+pub(super) const ON_TOP: &str = "Side panel";
 /// The sections, from above.
 pub(super) const DATA: &str = "Data";
 pub(super) const VECTORS: &str = "Vectors";
@@ -94,6 +96,72 @@ fn take_sought(ctx: &Context, name: &str) -> bool {
     ctx.data_mut(|data| data.remove_temp(Id::unique(("sought", name)))).unwrap_or_default()
 }
 
+/// How long a row that was sought is marked, seconds.
+const MARKED_FOR: f64 = 2.0;
+
+/// A row of the side panel that somebody looks for.
+#[derive(Debug, Clone, Copy)]
+struct SoughtRow {
+    section: &'static str,
+    name: &'static str,
+    /// Whether its section is being drawn.
+    is_here: bool,
+    /// Whether it was brought into sight.
+    is_seen: bool,
+    /// Until when it is marked, seconds.
+    until: f64,
+}
+
+fn sought_row_id() -> Id {
+    Id::unique("sought row")
+}
+
+/// Has a row of a section brought into sight and marked for a while when it is drawn next; the section, too, where it has no such row.
+pub(super) fn seek_row(ctx: &Context, section: &'static str, name: &'static str) {
+    seek(ctx, section);
+    let until = ctx.time() + MARKED_FOR;
+    let sought = SoughtRow { section, name, is_here: false, is_seen: false, until };
+    ctx.data_mut(|data| data.insert_temp(sought_row_id(), sought));
+}
+
+/// Draws what belongs to a section, whose rows may be sought.
+pub(super) fn in_section_ui<R>(ui: &mut Ui, section: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+    let mark = |ui: &Ui, is_here: bool| {
+        ui.data_mut(|data| {
+            let sought = data.get_temp::<SoughtRow>(sought_row_id());
+            if let Some(sought) = sought.filter(|sought| sought.section == section) {
+                data.insert_temp(sought_row_id(), SoughtRow { is_here, ..sought });
+            }
+        });
+    };
+    mark(ui, true);
+    let result = add(ui);
+    mark(ui, false);
+    result
+}
+
+/// Brings a row into sight that is sought, and marks it.
+fn show_sought(ui: &Ui, name: &str, row: &Response) {
+    let sought = ui.data(|data| data.get_temp::<SoughtRow>(sought_row_id()));
+    let Some(sought) = sought.filter(|sought| sought.is_here && sought.name == name) else {
+        return;
+    };
+    let left = sought.until - ui.ctx().time();
+    if left <= 0.0 {
+        ui.data_mut(|data| data.remove::<SoughtRow>(sought_row_id()));
+        return;
+    }
+    if !sought.is_seen {
+        take_sought(ui.ctx(), sought.section);
+        row.scroll_to_me(Some(Align::Center));
+        let seen = SoughtRow { is_seen: true, ..sought };
+        ui.data_mut(|data| data.insert_temp(sought_row_id(), seen));
+    }
+    let around = row.rect.expand2(vec2(4.0, 2.0));
+    ui.painter().rect_stroke(around, 3.0, Stroke::new(1.5, theme::ACCENT), StrokeKind::Outside);
+    ui.ctx().request_repaint_after_secs(left as f32);
+}
+
 /// The same where a section has another title at times; it is kept by its `name`.
 pub(super) fn titled_section_ui<R>(
     ui: &mut Ui,
@@ -107,7 +175,7 @@ pub(super) fn titled_section_ui<R>(
     let header = CollapsingHeader::new(words).default_open(is_open).open(Some(is_open));
     let shown = header.show_unindented(ui, |ui| {
         ui.add_space(2.0);
-        let result = add(ui);
+        let result = in_section_ui(ui, name, add);
         ui.add_space(8.0);
         result
     });
@@ -140,11 +208,12 @@ pub(super) fn name_ui(ui: &mut Ui, name: &str) -> Response {
 
 /// A row of a name in a column of its own and what it names.
 pub(super) fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
-    ui.horizontal(|ui| {
+    let row = ui.horizontal(|ui| {
         name_column_ui(ui, name);
         add(ui)
-    })
-    .inner
+    });
+    show_sought(ui, name, &row.response);
+    row.inner
 }
 
 /// The name of a row in the column of names.

@@ -1,7 +1,7 @@
 //! Where each setting of the side panel stands, for those who look for it by name.
 
 use super::flow::FLOW;
-use super::{CLIP, DATA, FUNCTIONS, INSIDE, SHADING, SPLATS, TRANSFER, VECTORS, VIEW};
+use super::{CLIP, DATA, FUNCTIONS, ON_TOP, SHADING, SPLATS, TRANSFER, VECTORS, VIEW};
 
 /// A setting and the section that it stands in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +52,7 @@ pub const PLACES: [Place; 40] = [
         "By gradient strength or depth",
         "Opacity and colour by gradient or depth in place of the value",
     ),
-    place(INSIDE, "Rendering", "Volume, maximum (MIP), minimum or average along each ray"),
+    place(ON_TOP, "Rendering", "Volume, maximum (MIP), minimum or average along each ray"),
     place(CLIP, "Coloured faces", "Paint what a cut opens by its values"),
     place(SPLATS, "Preset", "Exact, or the papers' ways to splat"),
     place(SPLATS, "Kernel", "What a sample's splat is: how values between samples are found"),

@@ -6,13 +6,13 @@
 
 use super::candidate::Candidate;
 use super::{CutNumber, FieldCuts};
+use crate::core::enlarge::{Taps, held};
 use crate::core::{LinearRgb, Projection};
 use crate::plan::{Plan, SlabField, Way};
 use crate::task::draw::{DrawError, Drawer, Drawn, Observer};
 use crate::task::estimate::field_rmse;
 use crate::task::previews::{Reduction, is_of_few_cells};
 use crate::task::remaining::Every;
-use crate::task::still::taps;
 
 /// Pixels of each picture, at most about: an eightieth of a window's. Of 2000, what only edges lose was missed.
 const PIXELS: f64 = 20_480.0;
@@ -80,16 +80,13 @@ impl Measured {
             return None;
         }
         let (every, exact) = &self.exact;
-        let [columns, rows] = [0, 1].map(|axis| taps(size[axis], plan.size[axis]));
-        let mix = |a: [f32; 4], b: [f32; 4], share: f32| -> [f32; 4] {
-            std::array::from_fn(|c| a[c] + (b[c] - a[c]) * share)
-        };
+        let taps = |axis: usize| Taps::all(size[axis] as usize, plan.size[axis] as usize);
+        let (columns, rows) = (taps(0), taps(1));
         let (width, row) = (plan.size[0] as usize, size[0] as usize);
         let shown = every.indices().map(|at| {
-            let ((left, right, across), (top, bottom, down)) =
-                (columns[at % width], rows[at / width]);
-            let along = |y: usize| mix(light[y * row + left], light[y * row + right], across);
-            mix(along(top), along(bottom), down)
+            let (across, down) = (columns[at % width], rows[at / width]);
+            let along = |y: usize| across.sum(across.at.map(|x| light[y * row + x]));
+            held(down.sum(down.at.map(along)))
         });
         let shown: Vec<[f32; 4]> = shown.collect();
         Some(off(&shown, exact, behind(plan)))

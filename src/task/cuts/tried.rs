@@ -1,13 +1,14 @@
 //! What the choice among cuts is worth: all that might have been drawn, beside what is.
 
 use crate::accuracy;
+use crate::core::enlarge::enlarged;
 use crate::gpu::GpuError;
 use crate::plan::{Plan, SlabField};
 use crate::task::draw::{DrawError, Drawer, Rung};
 use crate::task::engines::Canvas;
 use crate::task::estimate::Coarseness;
 use crate::task::previews::Reduction;
-use crate::task::still::{enlarged, widened};
+use crate::task::still::widened;
 
 /// A quick picture that might have been drawn within a time; for measurements of what the choice is worth.
 #[derive(Debug, Clone, Copy, PartialEq)]
