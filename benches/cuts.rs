@@ -11,6 +11,7 @@ mod peers;
 
 use voxsplat::accuracy::{self, Difference};
 use voxsplat::core::Ticket;
+use voxsplat::core::enlarge::enlarged;
 use voxsplat::gpu::Wishes;
 use voxsplat::hierarchy::{BrickErrors, Means};
 use voxsplat::plan::{Plan, SlabField};
@@ -18,7 +19,6 @@ use voxsplat::scene::Scene;
 use voxsplat::task::cuts::{cut_within, stored_levels};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engines::{EngineChoice, Engines};
-use voxsplat::task::still::enlarged;
 use voxsplat::transfer::{Cumulative, Weight};
 
 const SIZE: [u32; 2] = [1280, 800];

@@ -13,13 +13,13 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use voxsplat::accuracy;
 use voxsplat::core::Ticket;
+use voxsplat::core::enlarge::enlarged;
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
 use voxsplat::io::{self, OpenOptions};
 use voxsplat::plan::Plan;
 use voxsplat::scene::{self, SampleSource, Scene};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::task::engine::{Effort, Engine, FrameRequest, Ladder, Picture};
-use voxsplat::task::still::enlarged;
 use voxsplat::volume::{Component, Grid, demo};
 
 /// The window's viewport at 1280 × 800, and the size the issue asks `full` for.

@@ -24,7 +24,9 @@ use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
 use voxsplat::core::{Projection, Srgb8};
 use voxsplat::kernel::Kernel;
-use voxsplat::scene::{Annotation, Background, NamedView, Orientation, SplatSettings, UpAxis};
+use voxsplat::scene::{
+    AlongRay, Annotation, Background, NamedView, Orientation, SplatSettings, UpAxis,
+};
 use voxsplat::task::annotations::{draw, laid_out};
 use voxsplat::task::engine::{Effort, Ladder};
 use voxsplat::transfer::{ColourMap, ColourSource};
@@ -305,6 +307,12 @@ fn every_shortcut_does_what_it_says() {
                 assert!(bench.window().scene().unwrap().shading.lighting.is_some());
                 press(&mut bench);
                 assert!(bench.window().scene().unwrap().shading.is_plain());
+            }
+            Action::ToggleMaximum => {
+                let along = |bench: &Bench| bench.window().scene().unwrap().inside.along;
+                assert_eq!(along(&bench), AlongRay::Maximum);
+                press(&mut bench);
+                assert_eq!(along(&bench), AlongRay::Composite);
             }
             Action::ToggleEffects => {
                 assert!(bench.shows("Opacity lookup"));

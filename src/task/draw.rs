@@ -32,6 +32,9 @@ use super::vectors::VectorJob;
 const STOP_BELOW: f32 = 2e-4;
 /// A coarse picture is at least this many pixels wide and high, whatever the budget.
 pub(super) const LEAST_SIDE: f64 = 48.0;
+/// A coarse picture is at most this many times narrower and lower than it is shown, however slow the machine: a mosaic of sixty
+/// blocks across comes hardly sooner, and says less.
+const MOST_SHRINK: f64 = 6.0;
 /// Whole pictures of fewer pixels than of a square of so many say nothing of what larger ones take.
 pub(super) const LEAST_WHOLE: f64 = 160.0;
 /// How much smaller vectors are drawn where an octree cut was asked for.
@@ -358,8 +361,7 @@ impl Drawer {
         let affordable = self.costs.fragments_within(budget_ms, cut.nodes.len() as u64);
         // Smooth pictures lose little at a smaller size, which is enlarged when shown; those of a few
         // nodes that each fill the picture, next to nothing.
-        let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
-        let shrink = (fragments / affordable).sqrt().clamp(1.0, most);
+        let shrink = (fragments / affordable).sqrt().clamp(1.0, most_shrink(size));
         self.last_shrink = shrink;
         let smaller = shrunk(size, shrink);
         let missing_rmse = match plan.mode.kernel {
@@ -593,6 +595,11 @@ pub(super) fn lists_cut(splat: &SplatSettings) -> bool {
 }
 
 /// A size so many times smaller, a pixel at least.
+/// How many times smaller a coarse picture of a size is at most.
+pub(super) fn most_shrink(size: [u32; 2]) -> f64 {
+    (f64::from(size[0].min(size[1])) / LEAST_SIDE).clamp(1.0, MOST_SHRINK)
+}
+
 pub(super) fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=size")]
     let smaller = size.map(|n| (f64::from(n) / shrink).round().max(1.0) as u32);

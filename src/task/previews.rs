@@ -15,7 +15,7 @@ use crate::scene::{Backend, Order, Reconstruction, SplatSettings};
 use crate::volume::ScalarVolume;
 
 use super::cuts::CutNumber;
-use super::draw::{CutLevels, DrawError, Drawer, Drawn, LEAST_SIDE, Observer, shrunk};
+use super::draw::{CutLevels, DrawError, Drawer, Drawn, Observer, most_shrink, shrunk};
 
 /// A picture changes its size by no less than this, so that the hand does not see sharpness flicker: by
 /// an eighth a side.
@@ -324,7 +324,7 @@ impl Drawer {
     }
 
     /// How much smaller a field is drawn within a budget: as little as that allows, or as the last
-    /// time where that is hardly different. No picture is fewer than [`LEAST_SIDE`] pixels high, which
+    /// time where that is hardly different. No picture is smaller than [`most_shrink`] allows, which
     /// may take longer than the budget.
     fn affordable(&self, field: SlabField, size: [u32; 2], budget_ms: f64) -> f64 {
         self.affordable_at(field, 1.0, size, budget_ms)
@@ -339,7 +339,7 @@ impl Drawer {
         budget_ms: f64,
     ) -> f64 {
         let thought_ms = |shrink: f64| self.costs.reduced_ms(field, rays(size, shrink) * share);
-        let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
+        let most = most_shrink(size);
         let affordable = self.costs.reduced_rays_within(field, budget_ms) / share;
         // More than the budget where that is not enough for anything.
         let most_ms = self.costs.reduced_ms(field, affordable * share).max(budget_ms);
@@ -374,7 +374,7 @@ impl Drawer {
     fn affordable_among_vectors(&self, plan: &Plan, field: SlabField, budget_ms: f64) -> f64 {
         let size = plan.size;
         let thought_ms = |shrink: f64| self.thought_ms(plan, field, shrink);
-        let most = (f64::from(size[0].min(size[1])) / LEAST_SIDE).max(1.0);
+        let most = most_shrink(size);
         if let Some(kept) = self.kept_shrink(field, (most, budget_ms), thought_ms) {
             return kept;
         }

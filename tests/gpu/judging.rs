@@ -109,7 +109,8 @@ fn estimates_are_near_the_truth_and_come_nearer_as_views_are_checked() {
     let mut first = Vec::new();
     let mut later = Vec::new();
     let mut whole = 0;
-    for name in demo::NAMES {
+    // The mesh's cells take longer than all others together, two minutes.
+    for name in demo::NAMES.iter().filter(|name| **name != "mesh") {
         let volume = demo_volume(name);
         // Small pictures in the exact mode are previewed whole, and nothing is estimated.
         for (splat, size) in
