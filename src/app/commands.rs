@@ -17,8 +17,8 @@ use super::vectors::faded_for;
 use super::window::{Dialog, Window};
 use crate::core::{Camera, Projection};
 use crate::scene::{
-    AlongRay, Annotation, Inside, MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_LIGHTS, MOST_SLICES,
-    NamedView, Scene,
+    AlongRay, Annotation, ClipBox, Inside, MOST_CLIP_PLANES, MOST_ISOSURFACES, MOST_LIGHTS,
+    MOST_SLICES, NamedView, Scene,
 };
 
 /// What is told of what lies in the volume, once it changes: how many slices there are, and whether the volume is faded.
@@ -245,6 +245,9 @@ impl Window {
         let Some(scene) = &self.scene else { return };
         self.compare.toggle(&scene.splat, &scene.inside);
         if self.compare.on {
+            self.notices.hint(
+                "The second mode, right of the line, is chosen under Splats: Settings of, Second. Drag the line",
+            );
             self.tell_of_judging(
                 "While two modes are compared, pictures are not refined any further",
             );
@@ -312,6 +315,11 @@ impl Window {
     fn toggle_clip_box(&mut self, ctx: &Context) {
         if let Some(scene) = &mut self.scene {
             self.clip.toggle_box(scene);
+            let is_tight = scene.inside.clip.bounds.is_some_and(|bounds| bounds != ClipBox::WHOLE);
+            if is_tight {
+                self.notices
+                    .hint("The clip box begins around what shows: drag the handles on its faces");
+            }
             self.show_section(ctx, CLIP);
         }
     }

@@ -79,8 +79,6 @@ type Made = Result<Mesh, Option<String>>;
 pub(super) struct Flow {
     pub(super) choice: FlowChoice,
     pub(super) job: Option<Job<Made>>,
-    /// What it makes.
-    shape: Option<FlowShape>,
 }
 
 /// Makes shapes of vectors; `None` where that was cancelled.
@@ -112,7 +110,8 @@ fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Tick
                 StreamlineError::Cancelled(_) => None,
                 refused => Some(refused.to_string()),
             })?;
-            vector::tubes(&lines, transfer, radius * step).map_err(refused)
+            // What is followed is shown as splats.
+            vector::tubes(&lines, &layer.colours_of_lines(true), radius * step).map_err(refused)
         }
     }
 }
@@ -130,13 +129,12 @@ impl Window {
             FlowShape::Arrows => "Making arrows",
         };
         let job = Job::start("flow", title, ctx, move |ticket| made(&layer, choice, shape, ticket));
-        (self.flow.job, self.flow.shape) = (Some(job), Some(shape));
+        self.flow.job = Some(job);
     }
 
     /// Puts what was made into the scene, in place of what was made so before.
     pub(super) fn take_flow(&mut self) {
         let Some(ended) = self.flow.job.as_ref().and_then(Job::poll) else { return };
-        let was_of_lines = self.flow.shape == Some(FlowShape::Streamlines);
         let was_cancelled = self.flow.job.take().is_some_and(|job| job.is_cancelled());
         let Some(scene) = self.scene.as_mut().filter(|_| !was_cancelled) else { return };
         match ended {
@@ -144,11 +142,7 @@ impl Window {
                 self.notices.settle();
                 let source = SampleSource::made(mesh.name());
                 let (places, name) = (mesh.places(), mesh.name().to_owned());
-                let mesh = Arc::new(mesh);
-                let mut layer = match was_of_lines {
-                    true => PolygonLayer::of_lines(mesh, !scene.vectors().is_empty()),
-                    false => PolygonLayer::new(mesh),
-                };
+                let mut layer = PolygonLayer::new(Arc::new(mesh));
                 let is_of_name = |old: &Layer| {
                     (&old.source.path, &old.source.field) == (&source.path, &source.field)
                 };

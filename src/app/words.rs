@@ -81,12 +81,52 @@ pub fn roughly(ms: f64) -> String {
     }
 }
 
+/// Beyond twice or half an error, dB, the middle says less than the ends.
+const WIDE: f64 = 6.5;
+
 /// A level in dB: `29.8 dB`; beyond what bytes can show, and for equal pictures, `more than 99 dB`.
 pub fn decibels(db: f64) -> String {
     match db {
         db if db.is_nan() => "unknown".to_owned(),
         db if db >= MOST_DB => "more than 99 dB".to_owned(),
         db => format!("{db:.1} dB"),
+    }
+}
+
+/// The error of a level in dB, as a share of the brightest light: `error 0.1 %`; `no error` beyond what bytes can show.
+pub fn error_of(db: f64) -> String {
+    match db {
+        db if db.is_nan() => "error unknown".to_owned(),
+        db if db >= MOST_DB => "no error".to_owned(),
+        db => format!("error {}", percent_of(db)),
+    }
+}
+
+/// The same where it is not known of the picture itself: `error about 3 %`.
+pub fn error_about(db: f64) -> String {
+    match db {
+        db if db.is_nan() || db >= MOST_DB => error_of(db),
+        db => format!("error about {}", percent_of(db)),
+    }
+}
+
+/// The same where it is known within so many dB: `error about 0.3 %`, or where that is wide the worst end, `error up to 1.6 %`.
+pub fn error_within(db: f64, within: f64) -> String {
+    match db {
+        db if within > WIDE && db < MOST_DB => {
+            format!("error up to {}", percent_of((db - within).max(0.0)))
+        }
+        db => error_about(db),
+    }
+}
+
+/// The error of a level in dB, percent of the brightest light.
+fn percent_of(db: f64) -> String {
+    match 100.0 * 10.0_f64.powf(-db / 20.0) {
+        percent if percent >= 9.95 => format!("{percent:.0} %"),
+        percent if percent >= 0.095 => format!("{percent:.1} %"),
+        percent if percent >= 0.0095 => format!("{percent:.2} %"),
+        percent => format!("{percent:.3} %"),
     }
 }
 
@@ -102,8 +142,6 @@ pub fn about_decibels(db: f64, is_whole: bool) -> String {
 
 /// A level that is known within so many dB: `52 ± 3 dB`, or where that is wide `36 to 68 dB`; as [`decibels`] where that is no number.
 pub fn decibels_within(db: f64, within: f64) -> String {
-    /// Beyond twice or half the error the middle says less than the ends.
-    const WIDE: f64 = 6.5;
     match db {
         db if db.is_nan() || db >= MOST_DB => decibels(db),
         db if within > WIDE => format!("{:.0} to {:.0} dB", (db - within).max(0.0), db + within),
@@ -350,6 +388,18 @@ mod tests {
         assert_eq!(decibels_within(52.3, 3.0), "52 ± 3 dB");
         assert_eq!(decibels_within(52.3, 16.0), "36 to 68 dB");
         assert_eq!(decibels_within(9.0, 16.0), "0 to 25 dB");
+        assert_eq!(error_within(52.3, 3.0), "error about 0.2 %");
+        assert_eq!(error_within(52.3, 16.0), "error up to 1.5 %");
+        assert_eq!(error_within(9.0, 16.0), "error up to 100 %");
+        assert_eq!(
+            (error_of(60.0), error_of(83.0)),
+            ("error 0.1 %".into(), "error 0.007 %".into())
+        );
+        assert_eq!(error_about(24.4), "error about 6.0 %");
+        for none in [error_of(99.5), error_about(f64::INFINITY), error_within(f64::INFINITY, 16.0)]
+        {
+            assert_eq!(none, "no error");
+        }
         assert_eq!(decibels_within(f64::NAN, 16.0), "unknown");
     }
 

@@ -1,10 +1,10 @@
 //! Sums of basis functions in index space, eight rays at a time, at places anywhere (`rbf` has the definition).
 
-use fearless_simd::{Level, Simd, dispatch, i32x8, prelude::*};
+use fearless_simd::{Level, Simd, i32x8, prelude::*};
 
 use super::bricks::ends;
 use super::in_order::look;
-use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose, exponential};
+use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose, dispatched, exponential};
 use super::lattice::NOTHING;
 use crate::core::parallel;
 use crate::core::{Cancelled, Ticket, mapped};
@@ -145,7 +145,7 @@ impl Functions {
                 return Err(Cancelled);
             }
             let (y, z) = ((i % ny) as f32, (i / ny) as f32);
-            dispatch!(level, simd => self.row(simd, [y, z], row));
+            dispatched!(level, simd => self.row(simd, [y, z], row));
             Ok(())
         })?;
         Ok(values)

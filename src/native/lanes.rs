@@ -4,6 +4,31 @@
 
 use fearless_simd::{Bytes, Simd, f32x4, f32x8, i32x8, mask32x8, prelude::*, u32x8};
 
+/// Runs an expression with the instructions that the loops have ([`super::loops`]): AVX2 where a level has it, else what its kind of
+/// processor has at least. `fearless_simd::dispatch!` compiles it five times over, and this takes most of a compiler's time.
+macro_rules! dispatched {
+    ($level:expr, $simd:ident => $run:expr) => {{
+        let level: fearless_simd::Level = $level;
+        #[cfg(target_arch = "x86_64")]
+        match (level.as_avx2(), level.as_sse2()) {
+            (Some($simd), _) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $run,
+            ),
+            (None, Some($simd)) => fearless_simd::Simd::vectorize(
+                $simd,
+                #[inline(always)]
+                || $run,
+            ),
+            (None, None) => unreachable!("every x86-64 processor has SSE2"),
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        fearless_simd::dispatch!(level, $simd => $run)
+    }};
+}
+pub(super) use dispatched;
+
 /// Rays of a packet: a block of 4 × 2 pixels.
 pub(super) const LANES: usize = 8;
 
@@ -206,19 +231,19 @@ fn exponential_of_2<S: Simd>(simd: S, power: Lanes<S>) -> Lanes<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::Level;
 
     #[test]
     fn opacities_and_powers_are_those_of_float64() {
         let level = Level::new();
         for i in 0..2000 {
             let depth = 10_f32.powf(-6.0 + 8.0 * i as f32 / 2000.0);
-            let found = dispatch!(level, simd => opacity(simd, all(simd, depth))[3]);
+            let found = dispatched!(level, simd => opacity(simd, all(simd, depth))[3]);
             let exact = -(-f64::from(depth)).exp_m1();
             assert!((f64::from(found) / exact - 1.0).abs() < 3e-6, "{depth}: {found} {exact}");
             let x = 1e-6_f32.max(i as f32 / 1999.0);
             for y in [0.0, 0.5, 1.0, 10.0, 128.0] {
-                let found = dispatch!(level, simd => power(simd, all(simd, x), all(simd, y))[5]);
+                let found = dispatched!(level, simd => power(simd, all(simd, x), all(simd, y))[5]);
                 let exact = f64::from(x).powf(f64::from(y));
                 assert!(
                     (f64::from(found) - exact).abs() < 1e-5 * exact + 1e-30,
@@ -231,7 +256,7 @@ mod tests {
     #[test]
     fn rows_become_columns() {
         let level = Level::new();
-        let found: [[f32; 8]; 4] = dispatch!(level, simd => {
+        let found: [[f32; 8]; 4] = dispatched!(level, simd => {
             let row = |i: usize| f32x4::from_fn(simd, |j| (4 * i + j) as f32);
             columns([0, 1, 2, 3, 4, 5, 6, 7].map(row)).map(|c| c.to_array())
         });

@@ -189,11 +189,12 @@ impl Faces {
 mod tests {
     use std::sync::Arc;
 
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::Level;
 
     use super::*;
     use crate::core::Ticket;
     use crate::kernel::{Averaged, Coefficients, Kernel, coefficients};
+    use crate::native::lanes::dispatched;
     use crate::scene::SplatSettings;
     use crate::volume::{Lattice as Grid, Samples, ScalarVolume};
 
@@ -260,7 +261,7 @@ mod tests {
         for place in [[4.0_f32, 3.5, 7.25], [9.1, 6.0, 11.9], [6.5, 5.5, 9.5]] {
             let [x, y, z] = place.map(f64::from);
             for level in [1, 2] {
-                let (value, growth) = dispatch!(Level::new(), simd => {
+                let (value, growth) = dispatched!(Level::new(), simd => {
                     let place = Vec3::splat(simd, place);
                     (levels.value(simd, level, place)[3], levels.gradient(simd, level, place).lane(5))
                 });
@@ -300,7 +301,7 @@ mod tests {
             let direction = [0.1, -0.05, 1.0];
             let rays = 0b1101_1010_u64;
             let (near, far) = (spread(31) * 18.0, spread(31) * 18.0 + 4.0);
-            let found = dispatch!(Level::new(), simd => {
+            let found = dispatched!(Level::new(), simd => {
                 let axis = |a: usize| Lanes::load_array(simd, origins.map(|origin| origin[a]));
                 let origin = Vec3 { x: axis(0), y: axis(1), z: axis(2) };
                 let rays = Mask::from_bitmask(simd, rays);

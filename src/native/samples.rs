@@ -7,7 +7,7 @@ use std::sync::Arc;
 use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
 
-use super::lanes::{LANES, Lanes, Look, Vec3};
+use super::lanes::{LANES, Lanes, Look, Vec3, dispatched};
 use super::light::{Growth, Light, ValueScale};
 use super::table::Halves;
 use crate::core::parallel;
@@ -338,14 +338,14 @@ impl Shader {
 
     /// Shades a row of samples along x that begins at `first`.
     fn shade(&self, level: Level, first: [usize; 3], looks: &mut [SampleLook]) {
-        with_samples!(&*self.volume.samples, values => {
-            let count = looks.len().min(self.volume.lattice.dims[0] - first[0]);
-            let seen: [Seen; LANES] = std::array::from_fn(|i| match i < count {
+        let count = looks.len().min(self.volume.lattice.dims[0] - first[0]);
+        let seen: [Seen; LANES] = with_samples!(&*self.volume.samples, values => {
+            std::array::from_fn(|i| match i < count {
                 true => self.seen(values, [first[0] + i, first[1], first[2]]),
                 false => Seen::default(),
-            });
-            fearless_simd::dispatch!(level, simd => self.shade_seen(simd, &seen, looks));
+            })
         });
+        dispatched!(level, simd => self.shade_seen(simd, &seen, looks));
     }
 
     fn seen<T: Scalar>(&self, values: &[T], at: [usize; 3]) -> Seen {

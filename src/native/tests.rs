@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::{Level, prelude::*};
 use glam::{DMat3, DVec3};
 
 use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
 use super::landed::Landed;
-use super::lanes::{Lanes, Mask, Vec3, all};
+use super::lanes::{Lanes, Mask, Vec3, all, dispatched};
 use super::lattice::Lattice;
 use super::masks::Masks;
 use super::nodes::Nodes;
@@ -105,7 +105,7 @@ fn no_value_lies_beyond_the_bounds_of_its_brick() {
             let (level, method) = (Level::new(), lattice.method());
             let bricks = &lattice.bricks;
             for place in places(dims) {
-                let found = dispatch!(level, simd => {
+                let found = dispatched!(level, simd => {
                     lattice.value(simd, method, Vec3::splat(simd, place))[0]
                 });
                 let [low, high] = range_about(bricks, place);
@@ -124,7 +124,7 @@ fn asked(lattice: &Lattice, eight: &[[f32; 3]]) -> ([f32; 8], [[f32; 8]; 3]) {
     let along = |axis: usize| std::array::from_fn::<f32, 8, _>(|i| eight[i][axis]);
     let [x, y, z] = [along(0), along(1), along(2)];
     let (level, method) = (Level::new(), lattice.method());
-    dispatch!(level, simd => {
+    dispatched!(level, simd => {
         let place = Vec3 {
             x: Lanes::load_array(simd, x),
             y: Lanes::load_array(simd, y),
@@ -371,7 +371,7 @@ fn light_has_the_border_of_cells_as_float64_has_it() {
         let along = axes * direction;
         let growth = |by: DVec3| lit.growth(at, unit + by, (world + axes * by, along));
         let expected = axes.transpose() * growth(DVec3::ZERO);
-        let found = dispatch!(Level::new(), simd => {
+        let found = dispatched!(Level::new(), simd => {
             let [x, y, z] = place.as_vec3().to_array();
             let of = (Vec3::splat(simd, [x, y, z]), Mask::splat(simd, true));
             let direction = Vec3::splat(simd, direction.as_vec3().to_array());
@@ -418,7 +418,7 @@ fn narrow_splines_and_tents_of_any_width_are_weighed_as_they_are_defined() {
             let (level, method) = (Level::new(), lattice.method());
             let mut squares = 0.0;
             for place in places(dims).step_by(5) {
-                let found = dispatch!(level, simd => {
+                let found = dispatched!(level, simd => {
                     lattice.value(simd, method, Vec3::splat(simd, place))[3]
                 });
                 let of = place.map(|x| weights.weights(f64::from(x)));
@@ -467,9 +467,9 @@ fn gradients_are_differences_of_values() {
         for place in places(dims).filter(|p| p.iter().all(|x| is_asked(*x))).take(300) {
             let value = |offset: [f32; 3]| {
                 let at = [0, 1, 2].map(|a| place[a] + offset[a]);
-                dispatch!(level, simd => lattice.value(simd, method, Vec3::splat(simd, at))[5])
+                dispatched!(level, simd => lattice.value(simd, method, Vec3::splat(simd, at))[5])
             };
-            let found = dispatch!(level, simd => {
+            let found = dispatched!(level, simd => {
                 lattice.gradient(simd, method, Vec3::splat(simd, place)).lane(5)
             });
             for axis in 0..3 {
@@ -527,7 +527,7 @@ fn masks_leave_out_nothing_that_shows_and_much_that_does_not() {
         for y in (0..47).step_by(2) {
             for x in (0..53).step_by(4) {
                 let (level, method) = (Level::new(), lattice.method());
-                dispatch!(level, simd => {
+                dispatched!(level, simd => {
                     let packet = rays.packet(simd, [x, y], [0.5; 2]);
                     if !packet.is_there.any_true() {
                         return;
@@ -573,7 +573,7 @@ fn masks_about_the_eye_leave_out_nothing_that_shows() {
     let masks = masks.expect("not cancelled");
     for y in (0..20).step_by(2) {
         for x in (0..24).step_by(4) {
-            dispatch!(Level::new(), simd => {
+            dispatched!(Level::new(), simd => {
                 let packet = rays.packet(simd, [x, y], [0.5; 2]);
                 let slabs = packet.slabs(simd, rays.step);
                 let runs: Vec<[i32; 2]> = masks.runs([x, y], slabs).collect();
@@ -587,7 +587,7 @@ fn masks_about_the_eye_leave_out_nothing_that_shows() {
 #[test]
 fn opacities_over_one_are_lowered_and_counted() {
     let rule = Rule { middle: false, published: true, back_to_front: false, stop_below: 0.0 };
-    dispatch!(Level::new(), simd => {
+    dispatched!(Level::new(), simd => {
         let some = Mask::splat(simd, true);
         let mut light = Gathered::none(simd, some, false);
         let amounts = Lanes::from_fn(simd, |i| if i < 3 { 1.5 } else { 0.25 });

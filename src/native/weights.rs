@@ -30,9 +30,10 @@ pub(super) fn at<S: Simd>(simd: S, x: Lanes<S>, is_tent: bool) -> Lanes<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::Level;
 
     use super::*;
+    use crate::native::lanes::dispatched;
 
     /// Both are the same spline, and its weights add up to 1; tents fall off evenly.
     #[test]
@@ -40,7 +41,7 @@ mod tests {
         for step in 0..=20_u8 {
             let f = f32::from(step) / 20.0;
             let away = [1.0 + f, f, 1.0 - f, 2.0 - f];
-            let (found, splines, tents) = dispatch!(Level::new(), simd => {
+            let (found, splines, tents) = dispatched!(Level::new(), simd => {
                 let of = |is_tent| away.map(|x| at(simd, all(simd, x), is_tent)[3]);
                 (natural(simd, all(simd, f)).map(|w| w[3]), of(false), of(true))
             });

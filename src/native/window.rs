@@ -151,9 +151,10 @@ impl<S: Simd> Ends<S> {
 mod tests {
     use std::cell::Cell;
 
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::Level;
 
     use super::*;
+    use crate::native::lanes::dispatched;
 
     /// Rays along x from 0 on: a place's x is its depth.
     fn packet<S: Simd>(simd: S, enter: Lanes<S>, leave: Lanes<S>) -> Packet<S> {
@@ -174,7 +175,7 @@ mod tests {
     #[test]
     fn ends_of_rays_are_looked_at_once_each_and_all_else_whenever_it_is_asked_for() {
         let found = |depths: [[f32; 8]; 2]| {
-            dispatch!(Level::new(), simd => {
+            dispatched!(Level::new(), simd => {
                 let enter = Lanes::load_array(simd, [0., 1., 2., 3., 4., 5., 6., 7.]);
                 let packet = packet(simd, enter, enter + 20.0);
                 let (mut ends, looks) = (Ends::new(), Cell::new(0));

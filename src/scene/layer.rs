@@ -13,6 +13,9 @@ use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::vector::VectorSettings;
 use crate::volume::{Lattice, Places, ScalarVolume, VectorField};
 
+/// Of colours for lines, the share of the range that is too dark for these.
+const DARK_SHARE: f64 = 0.6;
+
 /// One thing among those that are drawn together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
@@ -99,6 +102,20 @@ impl VectorLayer {
             *map = free.into_iter().find(|map| !is_taken(*map)).unwrap_or(*map);
         }
         self
+    }
+
+    /// The colours of lines along the vectors: those of their lengths. Lines would be lost among splats in the same colours: there
+    /// they go from blue to white, or by plasma where splats do so.
+    pub fn colours_of_lines(&self, are_among_splats: bool) -> TransferFunction {
+        let mut transfer = self.settings.transfer.clone();
+        if are_among_splats {
+            let [low, high] = transfer.colour.range();
+            let is_blue = transfer.colour.map() == Some(ColourMap::Oslo);
+            let map = if is_blue { ColourMap::Plasma } else { ColourMap::Oslo };
+            let range = [low - DARK_SHARE * (high - low), high];
+            transfer.colour = ColourSource::Map { map, range };
+        }
+        transfer
     }
 
     /// A field as it is first seen beside another: in colours of its own, and out of step with it.

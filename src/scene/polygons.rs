@@ -13,9 +13,6 @@ use crate::transfer::{ColourMap, ColourSource, colour_of_label};
 /// What polygons look like that say nothing of it.
 pub const POLYGON_COLOUR: Srgb8 = Srgb8([225, 225, 225]);
 
-/// The colour of lines among the splats of their vectors: bright, and far from all of plasma, in which these flow at first.
-const AMONG_SPLATS: Srgb8 = Srgb8([0, 229, 255]);
-
 /// Levels between the ends of colours. What engines mix between two is within 0.015 of any map's linear light, of 1; with half as many
 /// it was off by 0.024.
 const LEVELS: usize = 64;
@@ -110,14 +107,6 @@ impl PolygonLayer {
         let is_smooth = mesh.is_smooth();
         let look = PolygonLook { colour: None, by: None, by_field: false, opacity: 1.0, is_smooth };
         Self { mesh, look, field_colours: None }
-    }
-
-    /// Lines along vectors as they are first seen: in the colours of their lengths, among which lines are lost where the vectors are
-    /// drawn as splats in the same ones.
-    pub fn of_lines(mesh: Arc<Mesh>, are_among_splats: bool) -> Self {
-        let layer = Self::new(mesh);
-        let colour = are_among_splats.then_some(AMONG_SPLATS);
-        Self { look: PolygonLook { colour, ..layer.look }, ..layer }
     }
 
     /// A surface as it is first seen that is all there is of its file: by the numbers of this name, over a range or all of

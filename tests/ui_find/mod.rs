@@ -1,9 +1,11 @@
 //! Finding commands and settings by name.
 
+use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use voxsplat::app::panels::places::PLACES;
 use voxsplat::app::settings::Settings;
+use voxsplat::scene::AlongRay;
 
 use crate::ui_support::Bench;
 
@@ -70,6 +72,45 @@ fn a_setting_that_is_found_opens_its_section() {
     assert!(!bench.shows("Reconstruction"));
     find(&mut bench, "slabs per", 0);
     assert!(bench.window().settings().side_panel && bench.shows("Reconstruction"));
+}
+
+#[test]
+fn a_row_that_is_found_comes_into_sight_even_above_all_sections() {
+    let mut bench = Bench::opened();
+    let at = |bench: &Bench| {
+        bench.harness.get_by_role_and_label(Role::ComboBox, "Rendering").rect().center().y
+    };
+    let before = at(&bench);
+    find(&mut bench, "background", 0);
+    bench.settle();
+    assert!(at(&bench) < 0.0, "scrolled away: {}", at(&bench));
+    find(&mut bench, "rendering", 0);
+    bench.settle();
+    assert!((at(&bench) - before).abs() < 20.0, "{} for {before}", at(&bench));
+    // The command of that name does it at once.
+    find(&mut bench, "mip", 0);
+    let along = |bench: &Bench| bench.window().scene().unwrap().inside.along;
+    assert_eq!(along(&bench), AlongRay::Maximum);
+    find(&mut bench, "splat", 0);
+    assert!(!bench.shows("About Voxsplat") && bench.shows("Reconstruction"), "the section first");
+}
+
+#[test]
+fn no_step_is_taken_back_behind_a_dialog_and_enter_closes_a_sheet() {
+    let mut bench = Bench::opened();
+    find(&mut bench, "isosurf", 0);
+    let count = |bench: &Bench| bench.window().scene().unwrap().inside.isosurfaces.len();
+    find(&mut bench, "about", 0);
+    assert!(bench.shows("Licence"));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.harness.run_steps(3);
+    assert_eq!(count(&bench), 1);
+    bench.harness.key_press(Key::Enter);
+    bench.harness.run_steps(3);
+    assert!(!bench.shows("Licence"));
+    bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    bench.harness.run_steps(3);
+    assert_eq!(count(&bench), 0);
 }
 
 #[test]

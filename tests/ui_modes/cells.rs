@@ -190,7 +190,7 @@ fn a_preset_is_a_budget_and_a_budget_may_be_a_preset() {
 fn while_moving_the_line_says_what_was_spent_and_what_comes_next() {
     let mut bench = Bench::opened();
     bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(60.0, 10.0));
-    assert!(bench.tells("Moving · ") && bench.tells(" · about 31 dB"));
+    assert!(bench.tells("Moving · ") && bench.tells(" · error about 2.8 %"));
     bench.settle();
     // A click beside it would close what the line keeps; a key turns the view, too.
     bench.open_details();

@@ -320,15 +320,15 @@ fn record_ui(ui: &mut Ui, record: &EstimateRecord) {
 /// The record in one line.
 fn record_words(record: &EstimateRecord) -> String {
     match (record.count, record.spread_db()) {
-        (0, _) => "What quick pictures said of their errors: none checked yet".to_owned(),
+        (0, _) => "Quick pictures guess their own error: none checked yet".to_owned(),
         (1, _) | (_, None) => {
             format!(
-                "What quick pictures said of their errors: 1 checked, {}",
+                "Quick pictures guess their own error: 1 checked, {}",
                 off_words(record.mean_db)
             )
         }
         (count, Some(spread)) => format!(
-            "What quick pictures said of their errors: {count} checked, {} ± {spread:.1} dB",
+            "Quick pictures guess their own error: {count} checked, {} ± {spread:.1} dB",
             off_words(record.mean_db)
         ),
     }
@@ -338,8 +338,8 @@ fn record_words(record: &EstimateRecord) -> String {
 fn off_words(db: f64) -> String {
     match db {
         _ if db.abs() < 0.05 => "right".to_owned(),
-        _ if db > 0.0 => format!("{db:.1} dB too good"),
-        _ => format!("{:.1} dB too bad", -db),
+        _ if db > 0.0 => format!("{db:.1} dB too hopeful"),
+        _ => format!("{:.1} dB too cautious", -db),
     }
 }
 
@@ -410,17 +410,14 @@ mod tests {
     #[test]
     fn the_record_says_how_many_and_how_far() {
         let mut record = EstimateRecord::default();
-        assert_eq!(
-            record_words(&record),
-            "What quick pictures said of their errors: none checked yet"
-        );
+        assert_eq!(record_words(&record), "Quick pictures guess their own error: none checked yet");
         record.add(-0.01);
-        let one = "What quick pictures said of their errors: 1 checked, right";
+        let one = "Quick pictures guess their own error: 1 checked, right";
         assert_eq!(record_words(&record), one);
         record.add(3.0);
         assert_eq!(
             record_words(&record),
-            "What quick pictures said of their errors: 2 checked, 1.5 dB too good ± 2.1 dB"
+            "Quick pictures guess their own error: 2 checked, 1.5 dB too hopeful ± 2.1 dB"
         );
     }
 }

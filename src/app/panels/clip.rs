@@ -255,6 +255,10 @@ pub(super) fn offset_ui(ui: &mut Ui, label: &str, plane: &mut Plane, lattice: &L
     let half = half_extent(lattice, normal);
     let middle = lattice.centre();
     let mut share = (plane.point - middle).dot(normal) / half * 100.0;
+    if share.abs() < 0.05 {
+        // Not as −0.
+        share = 0.0;
+    }
     let slider = typed::slider(ui, label, &mut share, -100.0..=100.0);
     let moved = slider_ui(ui, label, true, slider.suffix("%").max_decimals(1));
     let help = "How far it lies from the middle of the volume, of the way to its end";

@@ -1,4 +1,4 @@
-//! Colours and opacities moved to another range of values together.
+//! Colours moved to another range of values, with opacities or without.
 
 use crate::transfer::{ColourSource, Gaussian, TransferFunction, points_of};
 
@@ -12,11 +12,6 @@ pub fn stretch(transfer: &mut TransferFunction, gaussians: &mut [Gaussian], to: 
         return;
     }
     let width = from[1] / 2.0 - from[0] / 2.0;
-    let between = |value: f64, from: [f64; 2], to: [f64; 2]| {
-        let fraction = (value / 2.0 - from[0] / 2.0) / (from[1] / 2.0 - from[0] / 2.0);
-        to[0] * (1.0 - fraction) + to[1] * fraction
-    };
-    let moved = |value: f64| between(value, from, to);
     // A range that is reversed turns the colours round, and leaves opaque what was opaque.
     let upward = |[a, b]: [f64; 2]| [a.min(b), a.max(b)];
     let shifted = |value: f64| between(value, upward(from), upward(to));
@@ -37,16 +32,31 @@ pub fn stretch(transfer: &mut TransferFunction, gaussians: &mut [Gaussian], to: 
             transfer.opacity = points_of(gaussians);
         }
     }
+    stretch_colours(transfer, to);
+}
+
+/// Stretches colours alone to the range `to`, as far as it is finite: of one without width only a map's.
+pub fn stretch_colours(transfer: &mut TransferFunction, to: [f64; 2]) {
+    let from = transfer.colour.range();
+    if !to.iter().all(|v| v.is_finite()) {
+        return;
+    }
     match &mut transfer.colour {
         ColourSource::Map { range, .. } => *range = to,
-        ColourSource::Stops(stops) if width != 0.0 => {
+        ColourSource::Stops(stops) if from[0] != from[1] => {
             for stop in stops.iter_mut() {
-                stop.0 = moved(stop.0);
+                stop.0 = between(stop.0, from, to);
             }
             stops.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
         ColourSource::Stops(_) => {}
     }
+}
+
+/// The value that lies in a range as another does in its own.
+fn between(value: f64, from: [f64; 2], to: [f64; 2]) -> f64 {
+    let fraction = (value / 2.0 - from[0] / 2.0) / (from[1] / 2.0 - from[0] / 2.0);
+    to[0] * (1.0 - fraction) + to[1] * fraction
 }
 
 #[cfg(test)]
@@ -87,6 +97,17 @@ mod tests {
         stretch(&mut t, &mut [], [f64::NAN, 1.0]);
         stretch(&mut t, &mut [], [0.0, f64::INFINITY]);
         assert_eq!(t, transfer());
+    }
+
+    #[test]
+    fn colours_are_stretched_alone() {
+        let mut t = transfer();
+        stretch_colours(&mut t, [300.0, 200.0]);
+        assert_eq!((&t.opacity, t.colour.range()), (&transfer().opacity, [300.0, 200.0]));
+        t.colour = ColourSource::Stops(vec![(0.0, Srgb8::BLACK), (100.0, Srgb8::WHITE)]);
+        stretch_colours(&mut t, [-1.0, 1.0]);
+        stretch_colours(&mut t, [f64::NAN, 1.0]);
+        assert_eq!((&t.opacity, t.colour.range()), (&transfer().opacity, [-1.0, 1.0]));
     }
 
     #[test]

@@ -15,8 +15,9 @@ use crate::task::remaining::{Told, WITHIN_DB};
 
 /// What the numbers of dB in the sentences mean.
 pub(super) const DECIBELS: &str = "dB says how near a picture is to the exact one, which slabs of no thickness would \
-                                   give: the peak signal-to-noise ratio of all its colours. 6 dB more halve the \
-                                   difference; at 54 dB it is half of the least step that a display can show";
+                                   give: the peak signal-to-noise ratio of all its colours. 40 dB are an error of 1 % \
+                                   of the brightest light, and 60 dB of 0.1 %; at 54 dB it is half of the least step \
+                                   that a display can show";
 
 /// Of a finished picture, until somebody knows.
 const NOT_CHECKED: &str =
@@ -83,27 +84,29 @@ fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<St
     if let Some(rmse) = report.estimated_rmse {
         // The error to the exact picture, as that of the full one is: the number does not fall once that has come.
         let left = report.remaining_thought.map_or(0.0, |thought| thought.rmse);
-        return Some(words::about_decibels(psnr_from_rmse(rmse.hypot(left)), true));
+        return Some(words::error_about(psnr_from_rmse(rmse.hypot(left))));
     }
-    let found = report.remaining_rmse.map(|rmse| found_words(rmse, report));
+    let found = report.remaining_rmse;
+    let found =
+        found.map(|rmse| words::error_within(psnr_from_rmse(rmse), report.remaining_within_db));
     match (report.level, measured) {
         (LevelOfDetail::Refined(convergence), _) if convergence.is_reached() => {
             Some(found.map_or("converged".to_owned(), |found| format!("converged, {found}")))
         }
         (LevelOfDetail::Full { .. }, Some(measured)) if measured.is_of_this_view => {
-            Some(words::decibels(measured.point.db))
+            Some(words::error_of(measured.point.db))
         }
         (LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_), _) if found.is_some() => found,
         (LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_), Some(measured)) => {
             let db = measured.point.db;
             Some(match measured.is_of_this_view {
-                true => words::decibels(db),
-                false => words::about_decibels(db, false),
+                true => words::error_of(db),
+                false => words::error_about(db),
             })
         }
         (LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_), None) => {
             if let Some(Told { rmse, within_db }) = report.remaining_thought {
-                return Some(words::decibels_within(psnr_from_rmse(rmse), within_db));
+                return Some(words::error_within(psnr_from_rmse(rmse), within_db));
             }
             let name = match mode.kernel {
                 _ if modes::is_exact(mode) => "exact mode",
@@ -496,13 +499,13 @@ mod tests {
         let report = FrameReport { estimated_rmse: Some(0.0282), ..coarse.report.clone() };
         let estimated = Shown { report, ..coarse };
         assert!(error_words(&estimated).starts_with("About 31 dB, estimated"));
-        assert_eq!(at_rest(&estimated), "Drawing · 28 ms · about 31 dB");
+        assert_eq!(at_rest(&estimated), "Drawing · 28 ms · error about 2.8 %");
         let thought = Some(Told { rmse: 0.0282, within_db: 3.0 });
         let report = FrameReport { remaining_thought: thought, ..estimated.report.clone() };
         let on_the_way = Shown { report, ..estimated };
         assert_eq!(
             at_rest(&on_the_way),
-            "Drawing · 28 ms · about 28 dB",
+            "Drawing · 28 ms · error about 4.0 %",
             "3 more of what is left then"
         );
         let exact = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
@@ -514,10 +517,10 @@ mod tests {
             let report = FrameReport { remaining_rmse: Some(rmse), ..shown.report.clone() };
             Shown { report, ..shown.clone() }
         };
-        let found = with_rmse(&exact, 0.0025);
-        assert_eq!(at_rest(&found), "Finished · 28 ms · 52 ± 3 dB");
+        let found = with_rmse(&exact, 0.0024);
+        assert_eq!(at_rest(&found), "Finished · 28 ms · error about 0.2 %");
         assert!(error_words(&found).starts_with("52 ± 3 dB to the converged picture of this mode"));
-        assert_eq!(at_rest(&with_rmse(&exact, 0.0)), "Finished · 28 ms · more than 99 dB");
+        assert_eq!(at_rest(&with_rmse(&exact, 0.0)), "Finished · 28 ms · no error");
         let words = error_words(&with_rmse(&classic, 0.025));
         assert!(words.starts_with("32 ± 3 dB to the exact mode's converged picture"), "{words}");
         assert_eq!(at_rest(&classic), "Finished · 28 ms · approximate mode");
@@ -525,15 +528,15 @@ mod tests {
         let here = Shown { measured: Some(found.clone()), ..classic.clone() };
         assert!(error_words(&here).starts_with("31.9 dB, measured against the exact picture"));
         assert!(error_words(&here).contains("that long; this one took 28 ms in short pieces"));
-        assert_eq!(at_rest(&here), "Finished · 28 ms · 31.9 dB");
+        assert_eq!(at_rest(&here), "Finished · 28 ms · error 2.5 %");
         // By a sweep of this view, which is surer.
-        assert_eq!(at_rest(&with_rmse(&here, 0.02)), "Finished · 28 ms · 31.9 dB");
+        assert_eq!(at_rest(&with_rmse(&here, 0.02)), "Finished · 28 ms · error 2.5 %");
         assert!(error_words(&with_rmse(&here, 0.02)).starts_with("31.9 dB, measured"));
         let found = Measured { is_of_this_view: false, ..found };
         let elsewhere = Shown { measured: Some(found), ..classic };
         assert!(error_words(&elsewhere).starts_with("About 31.9 dB: measured in another view"));
-        assert_eq!(at_rest(&elsewhere), "Finished · 28 ms · about 31.9 dB");
-        assert_eq!(at_rest(&with_rmse(&elsewhere, 0.02)), "Finished · 28 ms · 34 ± 3 dB");
+        assert_eq!(at_rest(&elsewhere), "Finished · 28 ms · error about 2.5 %");
+        assert_eq!(at_rest(&with_rmse(&elsewhere, 0.02)), "Finished · 28 ms · error about 2.0 %");
         let bodies = Shown { has_splats: false, ..exact };
         assert_eq!(at_rest(&bodies), "Finished · 28 ms");
         assert!(error_words(&bodies).starts_with("Nothing of the field is on it"));
@@ -565,7 +568,7 @@ mod tests {
         assert_eq!(at_rest(&converged), "Finished · 28 ms · converged");
         let mut found = converged;
         found.report.remaining_rmse = Some(1e-4);
-        assert_eq!(at_rest(&found), "Finished · 28 ms · converged, 80 ± 3 dB");
+        assert_eq!(at_rest(&found), "Finished · 28 ms · converged, error about 0.01 %");
         assert!(error_words(&found).contains("(0.2 %). 80 ± 3 dB to the converged picture"));
         let full = with(None, 12_300.0, 1.0);
         assert!(error_words(&full).starts_with("Not checked yet"));

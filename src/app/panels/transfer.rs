@@ -20,7 +20,7 @@ use super::lists::ListUi;
 use super::maps::map_ui;
 use super::regions::{RegionEditor, regions_ui};
 use super::stops::{self, StopEditor};
-use super::stretch::stretch;
+use super::stretch::{stretch, stretch_colours};
 use super::{name_ui, number_ui, row_ui, typed, wide_number_ui};
 use crate::app::actions::{Action, entry_of};
 use crate::app::{theme, words};
@@ -128,7 +128,7 @@ pub fn transfer_ui(
     if scene.inside.along != AlongRay::Composite {
         note_ui(
             ui,
-            "Rendering shows one value of each ray: no opacity counts, and the colours span the range that is set there",
+            "In this rendering opacities do not count, and the colours span its own Range, on top of the side panel",
         );
     } else if scene.inside.is_faded {
         note_ui(
@@ -156,7 +156,7 @@ pub fn transfer_ui(
     if statistics.nan_count > 0 {
         no_data_ui(ui, &mut transfer.no_data);
     }
-    range_ui(ui, transfer, gaussians, statistics);
+    range_ui(ui, transfer, statistics);
     stretch_ui(ui, &editor.graph, transfer, gaussians, statistics);
     exchange_ui(ui)
 }
@@ -467,15 +467,10 @@ fn no_data_ui(ui: &mut Ui, no_data: &mut NoData) {
     });
 }
 
-fn range_ui(
-    ui: &mut Ui,
-    transfer: &mut TransferFunction,
-    gaussians: &mut [Gaussian],
-    statistics: &Statistics,
-) {
+fn range_ui(ui: &mut Ui, transfer: &mut TransferFunction, statistics: &Statistics) {
     let mut range = transfer.colour.range();
-    let help =
-        "The values that take the first and the last colour; the opacities are stretched with them";
+    let help = "The values that take the first and the last colour; the opacities stay. Rescale to and Window and level \
+                move these along";
     row_ui(ui, "Range", |ui| {
         let [low, high] = &mut range;
         let low = value_ui(ui, "Range low", low, statistics).on_hover_text(help);
@@ -484,7 +479,7 @@ fn range_ui(
         if low.changed() || high.changed() {
             match range[0] == range[1] && statistics.min < statistics.max {
                 true => typed::say(ui.ctx(), "A range has two ends that differ: nothing changed"),
-                false => stretch(transfer, gaussians, range),
+                false => stretch_colours(transfer, range),
             }
         }
     });
