@@ -11,7 +11,7 @@ use super::dialogs::find::Find;
 use super::file_dialog::FileDialog;
 use super::flow::FlowShape;
 use super::layout::{NO_SIDE_ROOM, has_side_room};
-use super::panels::{self, CLIP, INSIDE, clip, inside};
+use super::panels::{self, CLIP, INSIDE, SPLATS, clip, inside};
 use super::polygons::Surfaces;
 use super::vectors::faded_for;
 use super::window::{Dialog, Window};
@@ -127,7 +127,7 @@ impl Window {
             Action::ToggleSidePanel if !has_side_room(ctx) => self.notices.hint(NO_SIDE_ROOM),
             Action::ToggleSidePanel => self.settings.side_panel = !self.settings.side_panel,
             Action::ToggleAccuracy => self.toggle_accuracy(),
-            Action::ToggleCompare => self.toggle_compare(),
+            Action::ToggleCompare => self.toggle_compare(ctx),
             Action::ToggleDifference => {
                 self.compare.display = match self.compare.display {
                     Display::Split => Display::Difference,
@@ -241,13 +241,12 @@ impl Window {
         }
     }
 
-    fn toggle_compare(&mut self) {
+    fn toggle_compare(&mut self, ctx: &Context) {
         let Some(scene) = &self.scene else { return };
         self.compare.toggle(&scene.splat, &scene.inside);
         if self.compare.on {
-            self.notices.hint(
-                "The second mode, right of the line, is chosen under Splats: Settings of, Second. Drag the line",
-            );
+            // Where the second mode is chosen.
+            self.show_section(ctx, SPLATS);
             self.tell_of_judging(
                 "While two modes are compared, pictures are not refined any further",
             );

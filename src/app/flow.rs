@@ -141,7 +141,7 @@ impl Window {
             Ended::Finished(Ok(mesh)) => {
                 self.notices.settle();
                 let source = SampleSource::made(mesh.name());
-                let (places, name) = (mesh.places(), mesh.name().to_owned());
+                let (places, name) = (mesh.spread_places(), mesh.name().to_owned());
                 let mut layer = PolygonLayer::new(Arc::new(mesh));
                 let is_of_name = |old: &Layer| {
                     (&old.source.path, &old.source.field) == (&source.path, &source.field)

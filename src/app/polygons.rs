@@ -119,7 +119,7 @@ impl Window {
         let name = opened.mesh.name().to_owned();
         self.tell_of_surfaces(&name, &opened.warnings, opened.mesh.bounds());
         let source = SampleSource::whole(&opened.path, &name);
-        let places = opened.mesh.places();
+        let places = opened.mesh.spread_places();
         let add = |scene: &mut Scene| scene.add(source, PolygonLayer::new(Arc::new(opened.mesh)));
         self.add_surfaces((&name, &places), add);
     }
@@ -134,7 +134,7 @@ impl Window {
         let count = counted(opened.labels.len(), "label");
         self.notices.hint(format!("{count} shown as surfaces: {name}"));
         let places: Vec<DVec3> =
-            opened.labels.iter().flat_map(|label| label.mesh.places()).collect();
+            opened.labels.iter().flat_map(|label| label.mesh.spread_places()).collect();
         self.add_surfaces((&name, &places), |scene| {
             for (number, label) in opened.labels.into_iter().enumerate() {
                 let source = SampleSource::whole(&opened.path, label.mesh.name());

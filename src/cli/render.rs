@@ -342,8 +342,9 @@ fn scene(flags: &RenderFlags, splat: SplatSettings) -> Result<Meant, Failure> {
         }
     }
     let mut polygons = flags.polygons.layers((&input.grid.lattice, input.grid.space.as_deref()))?;
-    let lines: Vec<DVec3> = flow.iter().flat_map(|(_, layer)| layer.mesh.places()).collect();
-    let surfaces: Vec<DVec3> = polygons.iter().flat_map(|(_, layer)| layer.mesh.places()).collect();
+    let lines: Vec<DVec3> = flow.iter().flat_map(|(_, layer)| layer.mesh.spread_places()).collect();
+    let surfaces: Vec<DVec3> =
+        polygons.iter().flat_map(|(_, layer)| layer.mesh.spread_places()).collect();
     polygons.extend(flow);
     if scene.shows_field() && flags.polygons.embeds_opaque(&input.path) {
         note(&format!(

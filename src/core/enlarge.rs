@@ -1,7 +1,7 @@
 //! Smaller pictures, enlarged by cubic convolution (Keys, *IEEE Trans. ASSP* 29(6), 1981, with a = −1/2: Catmull–Rom).
 //!
-//! Of scans at a third of the size it is 1.0 to 1.5 dB nearer to the full picture than linear interpolation, and as much as
-//! another engine's half more pixels would be (`benches/results/previews.md`).
+//! Of scans at a third of the size it is 0.8 to 1.5 dB nearer to the full picture than linear interpolation
+//! (`benches/results/native.md`).
 
 /// What a pixel of the enlarged picture is made of along a row or a column of the smaller one.
 #[derive(Debug, Clone, Copy, PartialEq)]

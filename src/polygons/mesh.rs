@@ -320,6 +320,25 @@ impl Mesh {
         self.positions.iter().map(|place| self.origin + place.as_dvec3()).collect()
     }
 
+    /// Places all over it, world: along the longest edge of each triangle, about as far apart as an eighth of the longest of all.
+    /// Of long triangles, as along a straight tube, the corners alone would say little.
+    pub fn spread_places(&self) -> Vec<DVec3> {
+        const ALONG_LONGEST: f64 = 8.0;
+        let longest = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
+            let edges = [(a, b), (b, c), (c, a)].map(|(a, b)| (a.distance(b), a, b));
+            edges.into_iter().fold(edges[0], |most, edge| if edge.0 > most.0 { edge } else { most })
+        };
+        let most = self.triangles.iter().map(|t| longest(t).0).fold(0.0, f64::max);
+        let along = self.triangles.iter().map(longest).flat_map(|(length, a, b)| {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=8")]
+            let count = (ALONG_LONGEST * length / most).ceil().max(1.0) as u32;
+            let share = move |i: u32| (f64::from(i) + 0.5) / f64::from(count);
+            (0..count).map(move |i| self.origin + a.lerp(b, share(i)))
+        });
+        along.collect()
+    }
+
     /// Numbers on it.
     pub fn arrays(&self) -> &[MeshArray] {
         &self.arrays
@@ -547,6 +566,20 @@ mod tests {
         let mesh = Mesh::new("", corners(), normals, Vec::new(), vec![[0, 1, 2]]).unwrap();
         assert_eq!(mesh.triangles(true).next().unwrap().normals, [Vec3::Z; 3]);
         assert!(mesh.has_normals() && !mesh.has_colours());
+    }
+
+    #[test]
+    fn places_are_spread_along_what_is_long() {
+        // A strip of two long triangles, and a small one beside it.
+        let corners =
+            [[0.0, 0.0], [8.0, 0.0], [0.0, 0.1], [8.0, 0.1], [9.0, 0.0], [9.0, 0.5], [9.2, 0.0]];
+        let corners = corners.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
+        let triangles = vec![[0, 1, 2], [2, 1, 3], [4, 5, 6]];
+        let mesh = Mesh::new("m", corners, Vec::new(), Vec::new(), triangles).expect("a mesh");
+        let places = mesh.spread_places();
+        assert_eq!(places.len(), 17);
+        assert!(places[..16].iter().all(|at| at.x > 0.3 && at.x < 7.7), "{places:?}");
+        assert!((places[16].y - 0.25).abs() < 1e-6 && (places[16].x - 9.1).abs() < 1e-6);
     }
 
     #[test]

@@ -479,3 +479,27 @@ fn box_about(points: impl Iterator<Item = DVec3>) -> Lattice {
     let spacing = size.max(DVec3::splat(least));
     Lattice { spacing, origin: (low + high) / 2.0, ..Lattice::unit([1; 3]) }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::core::Ticket;
+
+    #[test]
+    fn lines_have_the_colours_of_their_splats_but_among_these() {
+        let places = Places::Lattice(Lattice::unit([2; 3]));
+        let vectors = (1..9).map(|i| Vec3::X * i as f32).collect();
+        let field = VectorField::new("wind", places, vectors, &Ticket::new()).expect("a field");
+        let mut layer = VectorLayer::new(Arc::new(field));
+        let own = |map| ColourSource::Map { map, range: [1.0, 6.0] };
+        layer.settings.transfer.colour = own(ColourMap::Plasma);
+        assert_eq!(layer.colours_of_lines(false), layer.settings.transfer);
+        let among = |layer: &VectorLayer| layer.colours_of_lines(true).colour;
+        let brighter = |map| ColourSource::Map { map, range: [-2.0, 6.0] };
+        assert_eq!(among(&layer), brighter(ColourMap::Oslo));
+        layer.settings.transfer.colour = own(ColourMap::Oslo);
+        assert_eq!(among(&layer), brighter(ColourMap::Plasma));
+    }
+}

@@ -32,8 +32,9 @@ use super::vectors::VectorJob;
 const STOP_BELOW: f32 = 2e-4;
 /// A coarse picture is at least this many pixels wide and high, whatever the budget.
 pub(super) const LEAST_SIDE: f64 = 48.0;
-/// A coarse picture is at most this many times narrower and lower than it is shown, however slow the machine: a mosaic of sixty
-/// blocks across comes hardly sooner, and says less.
+/// And no smaller than this where that is not much smaller than it is shown: a mosaic of sixty blocks across comes hardly sooner on a
+/// slow machine, and says less.
+const LEAST_SIDE_OF_LARGE: f64 = 128.0;
 const MOST_SHRINK: f64 = 6.0;
 /// Whole pictures of fewer pixels than of a square of so many say nothing of what larger ones take.
 pub(super) const LEAST_WHOLE: f64 = 160.0;
@@ -597,7 +598,8 @@ pub(super) fn lists_cut(splat: &SplatSettings) -> bool {
 /// A size so many times smaller, a pixel at least.
 /// How many times smaller a coarse picture of a size is at most.
 pub(super) fn most_shrink(size: [u32; 2]) -> f64 {
-    (f64::from(size[0].min(size[1])) / LEAST_SIDE).clamp(1.0, MOST_SHRINK)
+    let side = f64::from(size[0].min(size[1]));
+    (side / LEAST_SIDE).min(MOST_SHRINK.max(side / LEAST_SIDE_OF_LARGE)).max(1.0)
 }
 
 pub(super) fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {

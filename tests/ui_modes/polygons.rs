@@ -278,7 +278,7 @@ fn what_was_added_is_in_sight_though_its_section_is_closed_at_first() {
     std::fs::write(&path, text).expect("written");
     bench.harness.get_by_label("Add").click();
     bench.harness.run_steps(2);
-    bench.harness.get_by_label_contains("Add labels").click();
+    bench.harness.get_by_label("Labels…").click();
     bench.harness.run_steps(3);
     bench.harness.get_by_label(FILE_OF_LABELS).type_text(path.to_str().expect("UTF-8"));
     bench.settle();

@@ -515,7 +515,7 @@ fn stretch_ui(
 /// To and from the clipboard and files; what was chosen.
 fn exchange_ui(ui: &mut Ui) -> Option<Action> {
     let mut chosen = None;
-    row_ui(ui, "Exchange", |ui| {
+    row_ui(ui, "Copy, save", |ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         ui.spacing_mut().button_padding.x = 6.0;
         for (label, action) in [
