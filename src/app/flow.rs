@@ -56,7 +56,7 @@ impl Default for FlowChoice {
             ends: None,
             axis: 2,
             share: 0.5,
-            radius: 0.15,
+            radius: 0.25,
             every: 4,
         }
     }

@@ -19,9 +19,9 @@ const MOST_STREAMLINES: usize = 100_000;
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Streamlines and arrows")]
 pub struct FlowFlags {
-    /// Draw tubes along about N streamlines of the vectors, in the colours of their lengths, and from blue to white among splats. They are
+    /// Draw tubes along about N streamlines of the vectors, in the colours of their lengths, among splats from blue to yellow. They are
     /// seeded at vectors, the more the longer these are, or evenly on the plane across an axis of the vectors' grid, V% along it;
-    /// the tubes' radius and the longest way to either side are in steps of that grid [defaults: 0.15, 200]
+    /// the tubes' radius and the longest way to either side are in steps of that grid [defaults: 0.25, 200]
     #[arg(long, value_name = "N[,x|y|z=V%][,radius=R][,length=L]", value_parser = streamlines)]
     pub streamlines: Option<Streamlines>,
     /// Seed the streamlines at a world point and within a step of the grid about it, or evenly on the line
@@ -201,7 +201,7 @@ fn streamlines(text: &str) -> Result<Streamlines, String> {
     if count > MOST_STREAMLINES {
         return Err(format!("expected at most {MOST_STREAMLINES} streamlines, found {count}"));
     }
-    let mut asked = Streamlines { count, plane: None, radius: 0.15, length: 200.0 };
+    let mut asked = Streamlines { count, plane: None, radius: 0.25, length: 200.0 };
     for (name, value) in named {
         match name {
             "radius" => asked.radius = values::positive(value)?,
@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn streamlines_and_arrows_are_a_count_and_what_is_said_of_them() {
-        let plain = Streamlines { count: 30, plane: None, radius: 0.15, length: 200.0 };
+        let plain = Streamlines { count: 30, plane: None, radius: 0.25, length: 200.0 };
         assert_eq!(streamlines("30"), Ok(plain));
         let plane = Some((0, 0.2));
         let said = Streamlines { plane, radius: 0.3, length: 40.0, ..plain };

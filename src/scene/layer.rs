@@ -105,13 +105,13 @@ impl VectorLayer {
     }
 
     /// The colours of lines along the vectors: those of their lengths. Lines would be lost among splats in the same colours: there
-    /// they go from blue to white, or by plasma where splats do so.
+    /// they go from blue over green to yellow, or by plasma where splats do so.
     pub fn colours_of_lines(&self, are_among_splats: bool) -> TransferFunction {
         let mut transfer = self.settings.transfer.clone();
         if are_among_splats {
             let [low, high] = transfer.colour.range();
-            let is_blue = transfer.colour.map() == Some(ColourMap::Oslo);
-            let map = if is_blue { ColourMap::Plasma } else { ColourMap::Oslo };
+            let is_taken = transfer.colour.map() == Some(ColourMap::Viridis);
+            let map = if is_taken { ColourMap::Plasma } else { ColourMap::Viridis };
             let range = [low - DARK_SHARE * (high - low), high];
             transfer.colour = ColourSource::Map { map, range };
         }
@@ -498,8 +498,8 @@ mod tests {
         assert_eq!(layer.colours_of_lines(false), layer.settings.transfer);
         let among = |layer: &VectorLayer| layer.colours_of_lines(true).colour;
         let brighter = |map| ColourSource::Map { map, range: [-2.0, 6.0] };
-        assert_eq!(among(&layer), brighter(ColourMap::Oslo));
-        layer.settings.transfer.colour = own(ColourMap::Oslo);
+        assert_eq!(among(&layer), brighter(ColourMap::Viridis));
+        layer.settings.transfer.colour = own(ColourMap::Viridis);
         assert_eq!(among(&layer), brighter(ColourMap::Plasma));
     }
 }
