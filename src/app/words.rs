@@ -93,11 +93,16 @@ pub fn decibels(db: f64) -> String {
     }
 }
 
-/// The error of a level in dB, as a share of the brightest light: `error 0.1 %`; `no error` beyond what bytes can show.
+/// What is said of an error that no display shows.
+pub const NO_ERROR: &str = "no visible error";
+/// Below half of the least step that a display can show, nobody sees an error: dB.
+const SEEN_DB: f64 = 54.0;
+
+/// The error of a level in dB, as a share of the brightest light: `error 0.5 %`, or [`NO_ERROR`].
 pub fn error_of(db: f64) -> String {
     match db {
         db if db.is_nan() => "error unknown".to_owned(),
-        db if db >= MOST_DB => "no error".to_owned(),
+        db if db >= SEEN_DB => NO_ERROR.to_owned(),
         db => format!("error {}", percent_of(db)),
     }
 }
@@ -105,7 +110,7 @@ pub fn error_of(db: f64) -> String {
 /// The same where it is not known of the picture itself: `error about 3 %`.
 pub fn error_about(db: f64) -> String {
     match db {
-        db if db.is_nan() || db >= MOST_DB => error_of(db),
+        db if db.is_nan() || db >= SEEN_DB => error_of(db),
         db => format!("error about {}", percent_of(db)),
     }
 }
@@ -113,7 +118,7 @@ pub fn error_about(db: f64) -> String {
 /// The same where it is known within so many dB: `error about 0.3 %`, or where that is wide the worst end, `error up to 1.6 %`.
 pub fn error_within(db: f64, within: f64) -> String {
     match db {
-        db if within > WIDE && db < MOST_DB => {
+        db if within > WIDE && db - within < SEEN_DB && db < MOST_DB => {
             format!("error up to {}", percent_of((db - within).max(0.0)))
         }
         db => error_about(db),
@@ -124,9 +129,7 @@ pub fn error_within(db: f64, within: f64) -> String {
 fn percent_of(db: f64) -> String {
     match 100.0 * 10.0_f64.powf(-db / 20.0) {
         percent if percent >= 9.95 => format!("{percent:.0} %"),
-        percent if percent >= 0.095 => format!("{percent:.1} %"),
-        percent if percent >= 0.0095 => format!("{percent:.2} %"),
-        percent => format!("{percent:.3} %"),
+        percent => format!("{percent:.1} %"),
     }
 }
 
@@ -390,15 +393,14 @@ mod tests {
         assert_eq!(decibels_within(9.0, 16.0), "0 to 25 dB");
         assert_eq!(error_within(52.3, 3.0), "error about 0.2 %");
         assert_eq!(error_within(52.3, 16.0), "error up to 1.5 %");
+        assert_eq!(error_within(64.0, 16.0), "error up to 0.4 %");
         assert_eq!(error_within(9.0, 16.0), "error up to 100 %");
         assert_eq!(
-            (error_of(60.0), error_of(83.0)),
-            ("error 0.1 %".into(), "error 0.007 %".into())
+            (error_of(53.0), error_about(24.4)),
+            ("error 0.2 %".into(), "error about 6.0 %".into())
         );
-        assert_eq!(error_about(24.4), "error about 6.0 %");
-        for none in [error_of(99.5), error_about(f64::INFINITY), error_within(f64::INFINITY, 16.0)]
-        {
-            assert_eq!(none, "no error");
+        for none in [error_of(54.5), error_about(f64::INFINITY), error_within(71.0, 16.0)] {
+            assert_eq!(none, NO_ERROR);
         }
         assert_eq!(decibels_within(f64::NAN, 16.0), "unknown");
     }

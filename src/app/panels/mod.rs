@@ -29,6 +29,7 @@ mod range;
 pub mod regions;
 pub mod shading;
 mod shading_table;
+mod sought;
 pub mod splat;
 pub mod status;
 pub mod stops;
@@ -43,10 +44,11 @@ pub mod view;
 use std::collections::BTreeMap;
 
 use eframe::egui::{
-    Align, CollapsingHeader, Context, DragValue, Id, Label, Layout, Response, RichText, Slider,
-    Stroke, StrokeKind, Ui, vec2,
+    Align, CollapsingHeader, DragValue, Label, Layout, Response, RichText, Slider, Ui, vec2,
 };
 
+pub(super) use self::sought::{in_section_ui, seek, seek_row};
+use self::sought::{show_sought, take_sought};
 use super::theme;
 
 /// Width of the column of names, points.
@@ -84,82 +86,6 @@ pub(super) fn section_ui<R>(
     add: impl FnOnce(&mut Ui) -> R,
 ) -> Option<R> {
     titled_section_ui(ui, sections, (title, title), add)
-}
-
-/// Has what is called `name` (a section, or a part of one) brought into sight when it is drawn next.
-pub(super) fn seek(ctx: &Context, name: &str) {
-    ctx.data_mut(|data| data.insert_temp(Id::unique(("sought", name)), true));
-}
-
-/// Whether it is to be brought into sight: once.
-fn take_sought(ctx: &Context, name: &str) -> bool {
-    ctx.data_mut(|data| data.remove_temp(Id::unique(("sought", name)))).unwrap_or_default()
-}
-
-/// How long a row that was sought is marked, seconds.
-const MARKED_FOR: f64 = 2.0;
-
-/// A row of the side panel that somebody looks for.
-#[derive(Debug, Clone, Copy)]
-struct SoughtRow {
-    section: &'static str,
-    name: &'static str,
-    /// Whether its section is being drawn.
-    is_here: bool,
-    /// Whether it was brought into sight.
-    is_seen: bool,
-    /// Until when it is marked, seconds.
-    until: f64,
-}
-
-fn sought_row_id() -> Id {
-    Id::unique("sought row")
-}
-
-/// Has a row of a section brought into sight and marked for a while when it is drawn next; the section, too, where it has no such row.
-pub(super) fn seek_row(ctx: &Context, section: &'static str, name: &'static str) {
-    seek(ctx, section);
-    let until = ctx.time() + MARKED_FOR;
-    let sought = SoughtRow { section, name, is_here: false, is_seen: false, until };
-    ctx.data_mut(|data| data.insert_temp(sought_row_id(), sought));
-}
-
-/// Draws what belongs to a section, whose rows may be sought.
-pub(super) fn in_section_ui<R>(ui: &mut Ui, section: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
-    let mark = |ui: &Ui, is_here: bool| {
-        ui.data_mut(|data| {
-            let sought = data.get_temp::<SoughtRow>(sought_row_id());
-            if let Some(sought) = sought.filter(|sought| sought.section == section) {
-                data.insert_temp(sought_row_id(), SoughtRow { is_here, ..sought });
-            }
-        });
-    };
-    mark(ui, true);
-    let result = add(ui);
-    mark(ui, false);
-    result
-}
-
-/// Brings a row into sight that is sought, and marks it.
-fn show_sought(ui: &Ui, name: &str, row: &Response) {
-    let sought = ui.data(|data| data.get_temp::<SoughtRow>(sought_row_id()));
-    let Some(sought) = sought.filter(|sought| sought.is_here && sought.name == name) else {
-        return;
-    };
-    let left = sought.until - ui.ctx().time();
-    if left <= 0.0 {
-        ui.data_mut(|data| data.remove::<SoughtRow>(sought_row_id()));
-        return;
-    }
-    if !sought.is_seen {
-        take_sought(ui.ctx(), sought.section);
-        row.scroll_to_me(Some(Align::Center));
-        let seen = SoughtRow { is_seen: true, ..sought };
-        ui.data_mut(|data| data.insert_temp(sought_row_id(), seen));
-    }
-    let around = row.rect.expand2(vec2(4.0, 2.0));
-    ui.painter().rect_stroke(around, 3.0, Stroke::new(1.5, theme::ACCENT), StrokeKind::Outside);
-    ui.ctx().request_repaint_after_secs(left as f32);
 }
 
 /// The same where a section has another title at times; it is kept by its `name`.

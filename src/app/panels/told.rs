@@ -91,7 +91,7 @@ fn near_words(Shown { report, mode, has_splats, measured }: &Shown) -> Option<St
         found.map(|rmse| words::error_within(psnr_from_rmse(rmse), report.remaining_within_db));
     match (report.level, measured) {
         (LevelOfDetail::Refined(convergence), _) if convergence.is_reached() => {
-            Some(found.map_or("converged".to_owned(), |found| format!("converged, {found}")))
+            Some(found.unwrap_or_else(|| words::NO_ERROR.to_owned()))
         }
         (LevelOfDetail::Full { .. }, Some(measured)) if measured.is_of_this_view => {
             Some(words::error_of(measured.point.db))
@@ -520,7 +520,7 @@ mod tests {
         let found = with_rmse(&exact, 0.0024);
         assert_eq!(at_rest(&found), "Finished · 28 ms · error about 0.2 %");
         assert!(error_words(&found).starts_with("52 ± 3 dB to the converged picture of this mode"));
-        assert_eq!(at_rest(&with_rmse(&exact, 0.0)), "Finished · 28 ms · no error");
+        assert_eq!(at_rest(&with_rmse(&exact, 0.0)), "Finished · 28 ms · no visible error");
         let words = error_words(&with_rmse(&classic, 0.025));
         assert!(words.starts_with("32 ± 3 dB to the exact mode's converged picture"), "{words}");
         assert_eq!(at_rest(&classic), "Finished · 28 ms · approximate mode");
@@ -565,10 +565,10 @@ mod tests {
         );
         assert!(words.contains("it counts as converged"), "{words}");
         assert_eq!(left_words(&converged.report, "R"), None);
-        assert_eq!(at_rest(&converged), "Finished · 28 ms · converged");
+        assert_eq!(at_rest(&converged), "Finished · 28 ms · no visible error");
         let mut found = converged;
         found.report.remaining_rmse = Some(1e-4);
-        assert_eq!(at_rest(&found), "Finished · 28 ms · converged, error about 0.01 %");
+        assert_eq!(at_rest(&found), "Finished · 28 ms · no visible error");
         assert!(error_words(&found).contains("(0.2 %). 80 ± 3 dB to the converged picture"));
         let full = with(None, 12_300.0, 1.0);
         assert!(error_words(&full).starts_with("Not checked yet"));
