@@ -184,7 +184,7 @@ fn small_pictures_of_many_cells_are_means_of_larger_ones() {
 /// moves; the finished one is of the cells.
 #[test]
 fn many_cells_are_first_seen_by_their_samples() {
-    let mut scene = opened("demo:mesh:16");
+    let mut scene = opened("demo:mesh:20");
     scene.splat = SplatSettings::CELLS;
     let rest = Effort::Rest {
         budget_ms: 20.0,

@@ -211,10 +211,10 @@ fn tents_are_taken_where_the_own_field_would_be_much_smaller() {
     assert_eq!(tents_at(&mut drawer, steps(11) * 0.96_f64.sqrt()), Some((preview, 12.0)));
     assert_eq!(tents_at(&mut drawer, steps(11) * 0.89_f64.sqrt()), Some((preview, 11.0)));
     assert_eq!(tents_at(&mut drawer, steps(11) * 1.11_f64.sqrt()), Some((preview, 12.0)));
-    // None has fewer than 48 pixels a side, and then the cheaper one is taken.
+    // None is more than six times smaller, and then the cheaper one is taken.
     let least = |chosen: Option<(SlabField, f64)>| {
         let (field, steps) = chosen.expect("a field");
-        assert!((steps - (400.0_f64 / 48.0).log2() * 6.0).abs() < 0.1, "{steps}");
+        assert!((steps - 6.0_f64.log2() * 6.0).abs() < 0.1, "{steps}");
         field
     };
     assert_eq!(least(chosen_of(&mut drawer, &scene, size, 100.0, 90.0)), preview);
