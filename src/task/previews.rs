@@ -33,10 +33,7 @@ const STILL_WORTH_TENTS: f64 = 0.25;
 /// at their border. 1280 × 800, native: `can.vtu` 35.6 dB at a quarter of the size and 31.2 at an eighth, by tents 26.8 at two
 /// fifths; `disk_out_ref.ex2` 40.3, 37.1, 35.9; 37 479 hexahedra of the blunt fin 38.8, 33.3, 27.2. A million tetrahedra, 41.1
 /// beside 29.3, are too many for the hand.
-const MOST_OWN_CELLS: usize = 1 << 18;
-/// How many times the budget pictures of these may take before tents stand in: they are 10 dB and more nearer, and tents are blotched
-/// where a mesh ends.
-const CELLS_KEPT: f64 = 2.5;
+const MOST_OWN_CELLS: usize = 1 << 17;
 /// The least share of slabs a voxel in their smaller pictures: cells between two faces of slabs cost nothing. At a quarter of the
 /// size half the slabs are 0.1 to 1.4 dB farther from the finished picture, at an eighth 0.4 at most, in half to three quarters of
 /// the time.
@@ -278,13 +275,12 @@ impl Drawer {
             _ => WORTH_TENTS,
         };
         let thought_ms = |field, shrink| self.thought_ms(plan, field, shrink);
-        let kept = if is_of_few_cells(plan) { CELLS_KEPT } else { MOST_KEPT };
         let (field, shrink) = match (own, tents) {
             // Where neither may be smaller, the cheaper one.
             (Some(own), Some(tents))
                 if own - tents < worth
                     && thought_ms(SlabField::Own, own)
-                        <= thought_ms(SlabField::Preview, tents).max(kept * budget_ms) =>
+                        <= thought_ms(SlabField::Preview, tents).max(MOST_KEPT * budget_ms) =>
             {
                 (SlabField::Own, own)
             }
