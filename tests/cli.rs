@@ -1898,7 +1898,7 @@ fn quick_pictures_of_cells_are_of_the_cells() {
     let (file, stats, picture) = (at("box.vtk"), at("stats.json"), at("p.png"));
     let values = "POINT_DATA 8\nSCALARS v float\nLOOKUP_TABLE default\n0 1 2 3 4 5 6 7\n";
     std::fs::write(&file, format!("{HEXAHEDRON}{values}")).expect("written");
-    let coarse = ["--refine", "coarse", "--budget-ms", "40", "--engine", "native"];
+    let coarse = ["--refine", "coarse", "--budget-ms", "160", "--engine", "native"];
     let to = ["--resolution", "2400,1800", "--output", &picture, "--stats", &stats];
     let drawn = voxsplat(&[&["render", &file][..], &coarse, &to].concat());
     assert_eq!(drawn.status.code(), Some(0), "{}", errors(&drawn));
