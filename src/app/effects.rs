@@ -174,9 +174,12 @@ impl Effects {
     /// How many of the pictures that are drawn to measure a scene's effects are there, and how many there are to be, while
     /// one of them is drawn.
     pub(super) fn progress(&self, scene: &Scene, first: &Picture) -> Option<[usize; 2]> {
+        if !self.is_measuring() {
+            return None;
+        }
         let counted = self.counted(scene, first);
         let drawn = counted.iter().map(|(count, _)| *count).sum();
-        self.is_measuring().then_some([drawn, counted.len() * ROUNDS])
+        Some([drawn, counted.len() * ROUNDS])
     }
 
     /// What is to be drawn next: the scene or it without an effect, whichever was drawn least often.

@@ -187,7 +187,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
     {
         note(&format!(
             "the picture took {first_ms:.0} ms of the {} ms asked for: what rays cost is learnt from \
-             pictures that were drawn before, and no picture is less than 48 pixels high, nor of one larger than 288 less than a sixth or 128; --repeat draws more",
+             pictures that were drawn before, and no picture is less than 48 pixels high, or a sixth of what was asked for, up to 128; --repeat draws more",
             plain_number(budget_ms)
         ));
     }

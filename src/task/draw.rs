@@ -32,8 +32,8 @@ use super::vectors::VectorJob;
 const STOP_BELOW: f32 = 2e-4;
 /// A coarse picture is at least this many pixels wide and high, whatever the budget.
 pub(super) const LEAST_SIDE: f64 = 48.0;
-/// And no smaller than this where that is not much smaller than it is shown: a mosaic of sixty blocks across comes hardly sooner on a
-/// slow machine, and says less.
+/// A large one is at least so many, or this many times smaller than it is shown: a mosaic of sixty blocks across comes hardly sooner
+/// on a slow machine, and says less.
 const LEAST_SIDE_OF_LARGE: f64 = 128.0;
 const MOST_SHRINK: f64 = 6.0;
 /// Whole pictures of fewer pixels than of a square of so many say nothing of what larger ones take.
@@ -599,7 +599,7 @@ pub(super) fn lists_cut(splat: &SplatSettings) -> bool {
 /// How many times smaller a coarse picture of a size is at most.
 pub(super) fn most_shrink(size: [u32; 2]) -> f64 {
     let side = f64::from(size[0].min(size[1]));
-    (side / LEAST_SIDE).min(MOST_SHRINK.max(side / LEAST_SIDE_OF_LARGE)).max(1.0)
+    (side / (side / MOST_SHRINK).clamp(LEAST_SIDE, LEAST_SIDE_OF_LARGE)).max(1.0)
 }
 
 pub(super) fn shrunk(size: [u32; 2], shrink: f64) -> [u32; 2] {

@@ -90,9 +90,9 @@ pub fn status_ui(ui: &mut Ui, now: &Now<'_>) -> Option<EngineChoice> {
                 .truncate();
             let help = match now.is_moving {
                 true => {
-                    "The view moves: pictures a second, and how far their light is from that of the exact one, of the brightest. Click for more"
+                    "The view moves: pictures a second, and their error: the difference from the exact picture, in percent of the brightest light. Click for more"
                 }
-                false => "The time of this picture, and how far its light is from that of the exact one, of the brightest. Click for more",
+                false => "The time of this picture, and its error: the difference from the exact one, in percent of the brightest light. Click for more",
             };
             let shown = button.atom_ui(ui);
             if let Some(square) = shown.rect(opener) {
