@@ -201,6 +201,10 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                 k += way;
                 remaining -= 1;
                 if SHADED && found.near.w + found.far.w > 0.0 {
+                    if growth_is_late() {
+                        let late = late_growth(origin + direction * (0.5 * (from_t + to_t)));
+                        growths = Growths(late, late);
+                    }
                     found = shaded(found, u_middle, growths, 0.5 * (from_t + to_t), screen);
                 }
                 if holes_show {

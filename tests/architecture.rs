@@ -15,7 +15,7 @@ const ROOMS: [(&str, &[&str]); 19] = [
     ("cells", &["core"]),
     ("volume", &["core", "rbf", "cells"]),
     ("transfer", &["core", "volume"]),
-    ("kernel", &["core", "volume", "transfer", "rbf"]),
+    ("kernel", &["core", "cells", "volume", "transfer", "rbf"]),
     ("hierarchy", &["core", "volume", "transfer"]),
     ("vector", &["core", "volume", "transfer", "kernel", "polygons"]),
     ("scene", &["core", "volume", "transfer", "kernel", "hierarchy", "vector", "polygons", "rbf"]),

@@ -18,7 +18,7 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use glam::DVec3;
 use ui_support::{Bench, Painter, RAW_BYTES};
 use voxsplat::app::actions::{ACTIONS, Action};
-use voxsplat::app::camera_control::framed;
+use voxsplat::app::camera_control::{framed, framed_along};
 use voxsplat::app::compare::Display;
 use voxsplat::app::document::Source;
 use voxsplat::app::settings::Settings;
@@ -290,6 +290,15 @@ fn every_shortcut_does_what_it_says() {
                 let whole =
                     framed(scene, (NamedView::Isometric, Orientation::default()), size, false);
                 assert_eq!(bench.camera(), whole);
+            }
+            Action::FitView => {
+                let camera = bench.camera();
+                assert_eq!((camera.direction, camera.up), (before.direction, before.up));
+                let viewport = bench.viewport();
+                let size = [viewport.width(), viewport.height()].map(f64::from);
+                let scene = bench.window().scene().unwrap();
+                let whole = framed_along(scene, (camera.direction, camera.up), size, false);
+                assert_eq!(camera, whole);
             }
             Action::Converge => {
                 bench.settle();

@@ -11,6 +11,11 @@ const OF_LIT_CELLS: u32 = 5u;
 // The same of ellipsoids.
 const OF_LIT_ELLIPSOIDS: u32 = 6u;
 
+// Where things end that numbers name.
+const OF_NAMES: u32 = 7u;
+// Samples to either side that tell how: see `scene::shading`.
+const NAMES_REACH: i32 = 2;
+
 override growth: u32 = 2u;
 
 // At a position of a ray that goes in a direction.
@@ -24,10 +29,18 @@ fn face(position: vec3<f32>, direction: vec3<f32>) -> Face {
     if growth == OF_FUNCTIONS || growth == OF_LIT_ELLIPSOIDS {
         return face_of_functions(position);
     }
+    if growth == OF_NAMES {
+        return Face(value(position), vec3<f32>(0.0));
+    }
     if growth >= OF_CELLS {
         return face_in(cell_at(position), position, direction);
     }
     return face_by_differences(position);
+}
+
+// Whether the growth is found where something shows alone.
+fn growth_is_late() -> bool {
+    return growth == OF_NAMES;
 }
 
 // What light takes for the growth at a position of cells or ellipsoids, as stored.
@@ -171,4 +184,27 @@ fn face_by_differences(position: vec3<f32>) -> Face {
         }
     }
     return found;
+}
+
+// The growth, in cells of the table: of names how the border is turned of what the sample nearest to a position names
+// (`scene::shading` has the rule).
+fn late_growth(position: vec3<f32>) -> vec3<f32> {
+    let middle = nearest(position);
+    let own = two(stored_index(middle)).x;
+    let last = vec3<i32>(slabs.dims.xyz) - vec3<i32>(1);
+    var sum = vec4<f32>(0.0);
+    for (var z = -NAMES_REACH; z <= NAMES_REACH; z++) {
+        for (var y = -NAMES_REACH; y <= NAMES_REACH; y++) {
+            for (var x = -NAMES_REACH; x <= NAMES_REACH; x++) {
+                let at = middle + vec3<i32>(x, y, z);
+                let away = vec3<f32>(at) - position;
+                let share = away / (f32(NAMES_REACH) + 0.5);
+                let hump = max(vec3<f32>(1.0) - share * share, vec3<f32>(0.0));
+                let weight = hump.x * hump.x * hump.y * hump.y * hump.z * hump.z;
+                let is_other = two(stored_index(clamp(at, vec3<i32>(0), last))).x != own;
+                sum += weight * vec4<f32>(select(vec3<f32>(0.0), away, is_other), 1.0);
+            }
+        }
+    }
+    return sum.xyz * (shade.world_y.w / sum.w);
 }

@@ -6,6 +6,14 @@ fn face(position: vec3<f32>, direction: vec3<f32>) -> Face {
     return Face(value(position), vec3<f32>(0.0));
 }
 
+fn growth_is_late() -> bool {
+    return false;
+}
+
+fn late_growth(position: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(0.0);
+}
+
 fn growth_of_light(position: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(0.0);
 }

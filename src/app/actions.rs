@@ -35,6 +35,7 @@ pub enum Action {
     TurnUpsideDown,
     ToggleProjection,
     ResetView,
+    FitView,
     PreviousView,
     NextView,
     Converge,
@@ -148,7 +149,7 @@ const fn entry(
 }
 
 /// Every command there is, in the order of the menus.
-pub const ACTIONS: [Entry; 58] = [
+pub const ACTIONS: [Entry; 59] = [
     entry(Action::Open, Menu::File, "Open…", command(Key::O), "Open a volume in a file dialog"),
     entry(
         Action::OpenFolder,
@@ -343,6 +344,13 @@ pub const ACTIONS: [Entry; 58] = [
         "Reset view",
         plain(Key::Enter),
         "Show all that can be seen, as when it was opened",
+    ),
+    entry(
+        Action::FitView,
+        Menu::Camera,
+        "Fit to window",
+        plain(Key::F),
+        "Show all that can be seen from where you look, as large as it fits",
     ),
     entry(
         Action::PreviousView,

@@ -35,7 +35,16 @@ pub fn framed(
     size: [f64; 2],
     has_axes: bool,
 ) -> Camera {
-    let (direction, up) = view.direction_and_up(orientation);
+    framed_along(scene, view.direction_and_up(orientation), size, has_axes)
+}
+
+/// The same along a direction, with what is up.
+pub fn framed_along(
+    scene: &Scene,
+    (direction, up): (DVec3, DVec3),
+    size: [f64; 2],
+    has_axes: bool,
+) -> Camera {
     let projection = scene.camera.projection;
     let framed = framing_all(scene, direction, up);
     let mut camera = in_perspective(scene, Camera { projection, ..framed });

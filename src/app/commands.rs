@@ -90,6 +90,7 @@ impl Window {
                 self.change_camera(|camera| camera_control::with_other_projection(camera, angle));
             }
             Action::ResetView => self.reset_view(),
+            Action::FitView => self.fit_to_window(),
             Action::Converge => self.converge(),
             Action::ToggleLeveling => self.leveling.on = !self.leveling.on,
             Action::ToggleProbe => self.toggle_probe(ctx),
@@ -289,10 +290,13 @@ impl Window {
     /// Adds something that lies in the volume, whose row is in sight in the side panel then.
     fn add_inside(&mut self, ctx: &Context, add: fn(&mut Scene)) {
         let Some(scene) = &mut self.scene else { return };
-        let before = told_of(&scene.inside);
+        let (before, slices) = (told_of(&scene.inside), scene.inside.slices.len());
         add(scene);
         self.show_section(ctx, INSIDE);
         self.tell_of_inside(before);
+        if self.scene.as_ref().is_some_and(|scene| scene.inside.slices.len() > slices) {
+            self.offer_to_fit("The slice reaches beyond this view");
+        }
     }
 
     /// Opens a section of the side panel, and has it scrolled into sight.
@@ -319,13 +323,20 @@ impl Window {
                 self.notices
                     .hint("The clip box begins around what shows: drag the handles on its faces");
             }
+            let is_on = scene.inside.clip.bounds.is_some();
             self.show_section(ctx, CLIP);
+            if is_on && !is_tight {
+                self.offer_to_fit("The clip box reaches beyond this view");
+            }
         }
     }
 
     fn toggle_annotation(&mut self, which: Annotation) {
         let switch = self.settings.annotations.switch(which);
         *switch = !*switch;
+        if *switch && which == Annotation::Axes {
+            self.offer_to_fit("The axes reach beyond this view");
+        }
     }
 
     fn change_camera(&mut self, change: impl FnOnce(&Camera) -> Camera) {

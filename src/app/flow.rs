@@ -110,8 +110,7 @@ fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Tick
                 StreamlineError::Cancelled(_) => None,
                 refused => Some(refused.to_string()),
             })?;
-            // What is followed is shown as splats.
-            vector::tubes(&lines, &layer.colours_of_lines(true), radius * step).map_err(refused)
+            vector::tubes(&lines, transfer, radius * step).map_err(refused)
         }
     }
 }

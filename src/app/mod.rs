@@ -23,6 +23,7 @@ mod field_colours;
 pub mod file_dialog;
 mod finding;
 mod first_hint;
+mod fitting;
 pub mod flow;
 pub mod history;
 pub mod job;

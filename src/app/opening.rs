@@ -14,11 +14,11 @@ use super::file_dialog::{Answer, FileDialog};
 use super::history::History;
 use super::job::{Ended, Job};
 use super::modes;
-use super::panels::POLYGONS;
 use super::panels::data::FieldChoice;
+use super::panels::{DATA, POLYGONS, is_open};
 use super::vectors::Vectors;
 use super::window::{Dialog, Window};
-use crate::core::{Camera, Projection, counted};
+use crate::core::{Camera, Projection};
 use crate::io::Series;
 use crate::io::mesh::MeshFormat;
 use crate::scene::{
@@ -270,24 +270,20 @@ impl Window {
         }
     }
 
-    /// Tells what there is to know of a file, of another field of it what is new: by one notice that says where it is listed,
-    /// rather than by many over the picture.
+    /// Tells what there is to know of a file, of another field of it what is new, where no list of it is in sight.
     fn tell_of_file(&mut self, document: &Document, is_same_file: bool) {
         let told = self.document.as_ref().filter(|_| is_same_file);
         let told = told.map_or(&[][..], |document| &document.warnings[..]);
-        let news: Vec<_> = document.warnings.iter().filter(|note| !told.contains(note)).collect();
-        match &news[..] {
-            [first, _, ..] if self.settings.side_panel => {
-                let count = counted(news.len(), "note");
-                self.notices.note(format!(
-                    "{count} on this file are listed under Data; the first: {first}"
-                ));
-            }
-            news => {
-                for note in news {
-                    self.notices.note((*note).clone());
-                }
-            }
+        let mut news = document.warnings.iter().filter(|note| !told.contains(note));
+        let are_listed = self.settings.side_panel && is_open(&self.settings.sections, DATA);
+        if let Some(first) = news.next().filter(|_| !are_listed) {
+            let others = news.count();
+            let rest = if others == 0 {
+                String::new()
+            } else {
+                format!(" And {} more, under Data", others)
+            };
+            self.notices.note(format!("{first}{rest}"));
         }
         let vectors = document.first_vectors().and_then(|at| document.grid.fields.get(at));
         let is_news = !is_same_file && document.vectors.is_none() && document.surface.is_none();

@@ -8,7 +8,6 @@ use std::time::Duration;
 use eframe::egui::{Context, Ui};
 
 use super::Content;
-use super::camera_control;
 use super::cells::CellsOverlay;
 use super::clip_box::BoxHandles;
 use super::compare::Compare;
@@ -50,8 +49,7 @@ use super::undoing::State;
 use super::vectors::Vectors;
 use super::viewport::{ScreenFormat, Viewport};
 use crate::core::Camera;
-use crate::scene::{Annotation, Annotations, Moving, NamedView, Orientation, Scene, SplatSettings};
-use crate::task::annotations::beside_bars;
+use crate::scene::{Annotation, Moving, NamedView, Orientation, Scene, SplatSettings};
 use crate::task::engine::EngineState;
 use crate::task::level::LevelOfDetail;
 use crate::transfer::Gaussian;
@@ -120,7 +118,7 @@ pub struct Window {
     /// The viewport's size in physical pixels at the last pass.
     pub(super) viewport_size: [u32; 2],
     /// The same, and whether axes and scalar bars take of it.
-    room: ([u32; 2], bool, bool),
+    pub(super) room: ([u32; 2], bool, bool),
     /// The same with its place on the window before it: left, top, width, height.
     pub(super) viewport_pixels: [u32; 4],
     pub(super) pacing: Pacing,
@@ -290,40 +288,6 @@ impl Window {
     pub(super) fn orientation(&self) -> Orientation {
         let told = self.document.as_ref().map(|document| document.first_look.orientation);
         told.unwrap_or_default().with_up(self.scene.as_ref().and_then(|scene| scene.up))
-    }
-
-    /// Shows everything along a named view, by the projection that there is.
-    pub(super) fn fit(&mut self, view: NamedView) {
-        let orientation = self.orientation();
-        if let Some(scene) = &mut self.scene {
-            let annotations = self.settings.annotations;
-            let has_axes = annotations.has(Annotation::Axes);
-            let size = beside_bars(annotations, scene, self.viewport_size);
-            let framed = camera_control::framed(scene, (view, orientation), size, has_axes);
-            scene.camera = framed;
-            self.fitted = Some((view, scene.camera));
-        }
-    }
-
-    /// The view of everything, while nobody has moved it.
-    pub(super) fn unmoved_view(&self) -> Option<NamedView> {
-        let camera = self.scene.as_ref().map(|scene| scene.camera)?;
-        self.fitted.filter(|(_, fitted)| *fitted == camera).map(|(view, _)| view)
-    }
-
-    /// Takes note of the viewport's size in physical pixels, and of what annotations leave of it. A view of everything that nobody has
-    /// moved stays one, which is no step of the view.
-    pub(super) fn resize(&mut self, size: [u32; 2]) {
-        self.viewport_size = size;
-        let Annotations { axes, scalar_bar, .. } = self.settings.annotations;
-        let room = (size, axes, scalar_bar);
-        if std::mem::replace(&mut self.room, room) == room {
-            return;
-        }
-        if let Some(view) = self.unmoved_view() {
-            self.fit(view);
-            self.amend_view();
-        }
     }
 
     /// Takes what jobs, dialogs and the desktop have brought since the last pass.

@@ -62,12 +62,17 @@ impl CellField {
         let mut values = [0.0; 8];
         let corners = self.cells.solids()[solid].corners();
         for (value, corner) in values.iter_mut().zip(corners) {
-            *value = match self.on {
-                On::Points => self.values[*corner as usize],
-                On::Cells => self.values[self.cells.sources()[solid] as usize],
-            };
+            *value = self.at_corner(solid, *corner);
         }
         values
+    }
+
+    /// The number of a solid at a point of it.
+    pub(super) fn at_corner(&self, solid: usize, corner: u32) -> f64 {
+        match self.on {
+            On::Points => self.values[corner as usize],
+            On::Cells => self.values[self.cells.sources()[solid] as usize],
+        }
     }
 
     /// Whether a solid has a finite number at each corner: others are nowhere.

@@ -4,6 +4,7 @@
 //! ([`Solid`]), which of them lie near a place ([`Listed`]) or hold it ([`Finder`]), their outer faces ([`Cells::surface`]), one number on
 //! them ([`CellField`]), and what light takes for its growth ([`ShadingNormals`]). Refuses files, lattices of samples and drawing. Imports `core`.
 
+mod depths;
 mod field;
 mod finder;
 mod listed;
@@ -20,6 +21,7 @@ use glam::DVec3;
 use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 
+pub use depths::Depths;
 pub use field::{CellField, On};
 pub use finder::Finder;
 pub use listed::Listed;

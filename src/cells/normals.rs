@@ -119,6 +119,16 @@ impl ShadingNormals {
         if border.dot(inside) < 0.0 { border - inside } else { border + inside }
     }
 
+    /// How strong the growth at the border is taken to be, per unit of the world: as it is anywhere, of points that grow by `growths`.
+    pub(super) fn strength(field: &CellField, growths: &[DVec3]) -> f64 {
+        let strength = growths.iter().map(|growth| growth.length()).filter(|l| l.is_finite());
+        let strength = strength.fold(0.0, f64::max);
+        // What rounding leaves of a constant is none.
+        let [low, high] = field.range().unwrap_or_default();
+        let least = ROUNDING * low.abs().max(high.abs()) / field.cells().median_edge();
+        if strength > least { strength } else { 1.0 }
+    }
+
     /// Of a field whose points grow by `growths`.
     pub(super) fn new(
         field: &CellField,
@@ -134,12 +144,7 @@ impl ShadingNormals {
             faces: Vec::with_capacity(outer.len()),
             starts: Vec::with_capacity(cells.solids().len() + 1),
         };
-        let strength = growths.iter().map(|growth| growth.length()).filter(|l| l.is_finite());
-        let strength = strength.fold(0.0, f64::max);
-        // What rounding leaves of a constant is none.
-        let [low, high] = field.range().unwrap_or_default();
-        let least = ROUNDING * low.abs().max(high.abs()) / cells.median_edge();
-        let strength = if strength > least { strength } else { 1.0 };
+        let strength = Self::strength(field, growths);
         let areas = mapped(outer.len(), A_PART, |i| cells.area(&outer[i]), ticket)?;
         let about = faces_about(outer, growths.len(), ticket)?;
         let border = Border { cells, outer, about, flat: narrow(growths.len()) };

@@ -151,8 +151,7 @@ impl FlowFlags {
             drop(progress);
             let lines = lines.map_err(Failure::failed)?;
             let radius = radius * step;
-            let colours = layer.colours_of_lines(!self.no_vector_splats);
-            let tubes = vector::tubes(&lines, &colours, radius).map_err(Failure::failed)?;
+            let tubes = vector::tubes(&lines, transfer, radius).map_err(Failure::failed)?;
             found.push(PolygonLayer::new(Arc::new(tubes)));
         }
         if let Some(Arrows { every, size }) = self.arrows {

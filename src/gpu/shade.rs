@@ -18,6 +18,8 @@ pub(super) struct ShadeVariant {
     pub uses_gradient: bool,
     /// Whether light falls on the border of cells.
     pub of_borders: bool,
+    /// Whether it falls on where things end that numbers name.
+    pub of_names: bool,
     /// Whether tents are lit by their own derivative.
     pub quickly: bool,
     /// Regions of value and gradient strength.
@@ -51,6 +53,8 @@ pub(super) struct Shade {
     /// What strengths are counted in on the device, a power of two near the least that has a direction: neither data nor world units
     /// take them beyond single precision.
     strength_unit: f64,
+    /// How far the field's values are apart at most.
+    range: f64,
     /// World units.
     radius: f64,
     /// Of each table: what it is indexed by, the index of its first entry, and entries per index.
@@ -135,6 +139,7 @@ impl Shade {
             lights,
             uses_gradient: shading.uses_gradient() || has_surfaces,
             of_borders: shading.lights_borders(),
+            of_names: shading.lights_names(&plan.mode, &field.volume),
             quickly: false,
             regions: shading.painted().len() as u32,
         };
@@ -144,6 +149,7 @@ impl Shade {
             constants,
             world_from_gradient: space.world_from_gradient,
             strength_unit,
+            range: field.volume.statistics.max - field.volume.statistics.min,
             radius: space.radius,
             places,
             regions: shading.painted().to_vec(),
@@ -191,6 +197,9 @@ impl Shade {
         set(&mut constants.world_x, rows.x_axis);
         set(&mut constants.world_y, rows.y_axis);
         set(&mut constants.world_z, rows.z_axis);
+        if self.variant.of_names {
+            constants.world_y[3] = narrow(self.range * values.per_value);
+        }
         constants.right[3] = narrow(self.radius * pixels_per_unit);
         constants.up[3] = ray_growth;
         for (place, (index, low, per_index)) in constants.places.iter_mut().zip(self.places) {

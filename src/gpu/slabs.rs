@@ -462,6 +462,7 @@ impl SlabPass {
                 Kernel::Functions | Kernel::Ellipsoids => ("growth", 3.0),
                 Kernel::Cells if shade.of_borders => ("growth", 5.0),
                 Kernel::Cells => ("growth", 4.0),
+                Kernel::Nearest if shade.of_names => ("growth", 7.0),
                 _ if shade.quickly => ("growth", 1.0),
                 _ => ("growth", 2.0),
             });

@@ -19,6 +19,8 @@ pub(super) struct Light {
     pub uses_gradient: bool,
     /// It falls on the border of cells (`Shading::lights_borders`).
     pub is_of_borders: bool,
+    /// Of numbers that name things, on whose ends it falls: their range.
+    pub of_names: Option<f32>,
     published: bool,
     /// Rows of the map from growth per index, in stored values, to the world.
     world: [[f32; 3]; 3],
@@ -104,6 +106,10 @@ impl Light {
             shading: shading.clone(),
             uses_gradient: shading.uses_gradient() || has_surfaces,
             is_of_borders: shading.lights_borders(),
+            of_names: shading.lights_names(&plan.mode, &field.volume).then(|| {
+                let statistics = &field.volume.statistics;
+                (statistics.max - statistics.min) as f32
+            }),
             published: plan.mode.opacity_model == OpacityModel::Published,
             world: [rows.x_axis, rows.y_axis, rows.z_axis].map(narrow),
             per_strength: (1.0 / space.least_strength).min(f64::from(f32::MAX)) as f32,

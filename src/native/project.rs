@@ -66,8 +66,8 @@ impl Scene<'_> {
         let place = packet.at(t);
         let stored = self.lattice.value(simd, method, place);
         let mut is_nothing = Lattice::is_nothing(simd, method, stored);
-        if self.lattice.has_holes() {
-            is_nothing |= self.lattice.holes_at(simd, place);
+        if self.lattice.ends_within() {
+            is_nothing |= self.lattice.is_outside(simd, place);
         }
         choose(is_nothing, all(simd, NOTHING), self.table.cell(simd, stored) * sign)
     }
@@ -94,9 +94,9 @@ impl Scene<'_> {
             let length = far.1 - near.1;
             let mut is_slab =
                 near.0.simd_ne(nothing) & far.0.simd_ne(nothing) & length.simd_gt(zero);
-            if any(is_slab) && self.lattice.has_holes() {
+            if any(is_slab) && self.lattice.ends_within() {
                 let middle = packet.at((near.1 + far.1) * 0.5);
-                is_slab &= !self.lattice.holes_at(simd, middle);
+                is_slab &= !self.lattice.is_outside(simd, middle);
             }
             if any(is_slab) {
                 let rise = far.0 - near.0;

@@ -175,13 +175,14 @@ impl Surfaces {
                 }
                 _ => all(simd, 0.0),
             };
+            let outside = lattice.is_outside(simd, place);
             for i in 0..LANES {
                 if !is_met.test(i) {
                     continue;
                 }
-                let in_hole = lattice.has_holes() && lattice.is_hole(place.lane(i));
+                let in_hole = outside.test(i);
                 let (mut colour, mut weight) = (look.colour.lane(i), look.weight[i]);
-                let holes_show = table.no_data[3] > 0.0;
+                let holes_show = lattice.has_holes() && table.no_data[3] > 0.0;
                 if in_hole && holes_show {
                     let [r, g, b, w] = table.no_data;
                     (colour, weight) = ([r, g, b], w);
@@ -286,8 +287,9 @@ impl Surfaces {
             let place = packet.at(t);
             let growth = lattice.gradient(simd, method, place);
             let seen = light.of_surface(simd, (rays, packet), growth, colour);
+            let outside = lattice.is_outside(simd, place);
             for i in 0..LANES {
-                let in_hole = lattice.has_holes() && lattice.is_hole(place.lane(i));
+                let in_hole = outside.test(i);
                 if passes.test(i) && !in_hole && opacity > 0.0 {
                     let (t, colour) = (t[i], seen.lane(i));
                     ahead.insert(i, Met { t, colour, opacity, samples: EVERY_SAMPLE });

@@ -6,7 +6,7 @@ use super::along_solids::AlongSolids;
 use super::composite::{Gathered, Rule};
 use super::kernels::Kernels;
 use super::lanes::{LANES, Lanes, Look, Mask, Vec3, all, any, choose};
-use super::lattice::{Finds, Lattice, Method};
+use super::lattice::{CellBorder, Finds, Lattice, Method};
 use super::levels::{Faces, Levels, Next, segments_of};
 use super::light::{self, Growth, Light};
 use super::lit_cells::Growths;
@@ -88,7 +88,7 @@ impl Scene<'_> {
         self.surfaces.is_none()
             && self.kernels.is_none()
             && self.polygons.is_none()
-            && !self.lattice.has_holes()
+            && !self.lattice.ends_within()
             && !self.rule.middle
             && !self.rule.published
             && !self.rule.back_to_front
@@ -269,7 +269,9 @@ impl Scene<'_> {
         let is_shaded =
             W::LIT && self.light.is_some_and(|light| light.is_of_slabs && light.uses_gradient);
         let of_borders = self.light.is_some_and(|light| light.is_of_borders);
-        let grows_with_value = lattice.grows_with_value(method);
+        // Beside the border of cells light falls on this, too.
+        let is_plain = !(of_borders && lattice.border.is_some());
+        let grows_with_value = is_plain && lattice.grows_with_value(method);
         let shader = self.light.filter(|light| W::LIT && light.is_of_slabs);
         let eye = shader.map(|shader| shader.towards_eye(simd, rays, packet));
         let depth_of = |k: i32| all(simd, k as f32 * step).max(packet.enter).min(packet.leave);
@@ -349,6 +351,13 @@ impl Scene<'_> {
                         true => trim(simd, of, border_far, [far, near]),
                         false => trim(simd, of, border_near, [near, far]),
                     }
+                    [near, far]
+                } else if W::MORE
+                    && let Some(border) = &lattice.border
+                {
+                    moved = [near, far];
+                    self.cut_off(simd, border, packet, method, &mut moved);
+                    let [near, far] = &mut moved;
                     [near, far]
                 } else {
                     [&mut near, &mut far]
@@ -488,6 +497,9 @@ impl Scene<'_> {
                     && light::shows(simd, &slab)
                 {
                     let growth = match stored.growth {
+                        None if let Some(range) = shader.of_names => {
+                            Some(Growth::At(lattice.end_of_name(simd, packet.at(t), range)))
+                        }
                         Some(growth) if shader.uses_gradient => Some(Growth::At(growth)),
                         None if shader.uses_gradient => {
                             let of_borders = shader.is_of_borders;
@@ -505,7 +517,7 @@ impl Scene<'_> {
                 }
                 found = Some(slab);
             }
-            if self.lattice.has_holes() {
+            if self.lattice.ends_within() {
                 found = self.without_holes(simd, packet, ts, found, true);
             }
             if let Some(mut found) = found {
@@ -522,6 +534,50 @@ impl Scene<'_> {
                 }
             }
         }
+    }
+
+    /// Takes the faces of a slab of a lattice over cells to where it enters and leaves these. Not inlined, as few lattices are.
+    #[inline(never)]
+    fn cut_off<S: Simd>(
+        &self,
+        simd: S,
+        border: &CellBorder,
+        packet: &Packet<S>,
+        method: Method,
+        faces: &mut [Face<S>; 2],
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let [a, b] = *faces;
+                let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+                let at_a = self.lattice.depth(simd, border, packet.at(a.t));
+                let at_b = self.lattice.depth(simd, border, packet.at(b.t));
+                let (a_is_out, b_is_out) = (at_a.simd_lt(zero), at_b.simd_lt(zero));
+                if !any(a_is_out | b_is_out) {
+                    return;
+                }
+                // Between two faces outside may lie an edge of the cells.
+                let middle = (a.t + b.t) * 0.5;
+                let at_middle = self.lattice.depth(simd, border, packet.at(middle));
+                let is_edge = a_is_out & b_is_out & at_middle.simd_ge(zero);
+                for (face, is_out, depth, [other, other_depth]) in
+                    [(0, a_is_out, at_a, [b.t, at_b]), (1, b_is_out, at_b, [a.t, at_a])]
+                {
+                    let face = &mut faces[face];
+                    // Its other end lies inside.
+                    let to = choose(is_edge, middle, other);
+                    let rise = choose(is_edge, at_middle, other_depth) - depth;
+                    let share = zero - depth / choose(is_out, rise, one);
+                    face.t = choose(is_out, (to - face.t).mul_add(share, face.t), face.t);
+                    let value = self.lattice.value(simd, method, packet.at(face.t));
+                    face.u = choose(is_out, self.table.cell(simd, value), face.u);
+                    face.has_growth &= !any(is_out);
+                }
+                let is_some = !(a_is_out & b_is_out) | is_edge;
+                faces.iter_mut().for_each(|face| face.is_there &= is_some);
+            },
+        );
     }
 
     /// Samples without data are boxes: nothing is interpolated there, nor lit. Not inlined: it would be compiled into every loop.
@@ -549,11 +605,12 @@ impl Scene<'_> {
         found: Option<Halves<S>>,
         middle: bool,
     ) -> Option<Halves<S>> {
-        let holes = self.lattice.holes_at(simd, packet.at((ts[0] + ts[1]) * 0.5));
+        let holes = self.lattice.is_outside(simd, packet.at((ts[0] + ts[1]) * 0.5));
         if !any(holes) {
             return found;
         }
-        let shows = self.table.no_data[3] > 0.0;
+        // Outside of cells nothing is, not even what has no data.
+        let shows = self.table.no_data[3] > 0.0 && self.lattice.has_holes();
         if !shows {
             return found.map(|found| found.without(simd, holes));
         }

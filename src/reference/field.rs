@@ -10,7 +10,7 @@ use crate::core::parallel;
 use crate::core::progress::Ticket;
 use crate::kernel::{Kernel, RadialKernel};
 use crate::rbf::{Encoding, Limits, Listed};
-use crate::scene::{Reconstruction, SplatSettings};
+use crate::scene::{NAMES_REACH, Reconstruction, SplatSettings};
 use crate::volume::{Lattice, ScalarVolume};
 
 /// Sweeps c ← c + (s − h∗c) that sharpen radial kernels.
@@ -398,6 +398,35 @@ impl Field {
         let (functions, lattice) = self.functions.as_ref()?;
         let gradient = functions.gradient(lattice.world_from_index(place));
         Some(lattice.axes().transpose() * gradient)
+    }
+
+    /// What light takes for the growth per index of numbers that name things (`scene::shading` has the rule), which are `range` apart
+    /// at most.
+    pub(super) fn end_of_name(&self, place: DVec3, range: f64) -> DVec3 {
+        let middle = self.nearest(place);
+        let value = |[x, y, z]: [usize; 3]| self.values[(z * self.dims[1] + y) * self.dims[0] + x];
+        // Along an axis: each sample's number, how far it lies beyond the place, and its weight.
+        let along = |axis: usize| {
+            (-NAMES_REACH..=NAMES_REACH).map(move |off| {
+                let away = middle[axis] as f64 + f64::from(off) - place[axis];
+                let share = away / (f64::from(NAMES_REACH) + 0.5);
+                let number = middle[axis].saturating_add_signed(off as isize);
+                (number.min(self.dims[axis] - 1), away, (1.0 - share * share).max(0.0).powi(2))
+            })
+        };
+        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+        for (z, dz, of_z) in along(2) {
+            for (y, dy, of_y) in along(1) {
+                for (x, dx, of_x) in along(0) {
+                    let weight = of_x * of_y * of_z;
+                    total += weight;
+                    if value([x, y, z]) != value(middle) {
+                        sum += DVec3::new(dx, dy, dz) * weight;
+                    }
+                }
+            }
+        }
+        sum * (range / total)
     }
 
     /// The value at a place of index space; `None` where no kernel reaches it.

@@ -22,6 +22,8 @@ const SMOOTH_STEP: f64 = 1e-4;
 pub(super) struct Shader {
     shading: Shading,
     space: ShadingSpace,
+    /// Of numbers that name things, on whose ends light falls: their range.
+    of_names: Option<f64>,
     published: bool,
     /// Unit vectors towards the lights, and their linear colours.
     lights: Vec<(DVec3, [f64; 3])>,
@@ -69,7 +71,9 @@ impl RayShader<'_> {
             let of_borders =
                 lights_borders.then(|| self.field.growth_for_light(place, self.index.step));
             let of_borders = of_borders.flatten();
-            of_borders.unwrap_or_else(|| gradient(self.field, place))
+            let of_names = self.shader.and_then(|shader| shader.of_names);
+            let of_names = of_names.map(|range| self.field.end_of_name(place, range));
+            of_borders.or(of_names).unwrap_or_else(|| gradient(self.field, place))
         };
         self.shaded_with(density, t, value, || {
             let first = growth(near);
@@ -171,6 +175,10 @@ impl Shader {
         Some(Self {
             shading: scene.shading.clone(),
             space: ShadingSpace::of(&scene.lattice(), scene.volume().map(|volume| &**volume)),
+            of_names: scene
+                .volume()
+                .filter(|volume| scene.shading.lights_names(&scene.splat, volume))
+                .map(|volume| volume.statistics.max - volume.statistics.min),
             published: !exact && scene.splat.opacity_model == OpacityModel::Published,
             lights: lights.iter().map(light).collect(),
             centre: scene.lattice().centre(),
@@ -193,6 +201,7 @@ impl Shader {
         Self {
             shading: Shading { lighting: Some(lighting), ..Shading::default() },
             space: ShadingSpace::of(&scene.lattice(), scene.volume().map(|volume| &**volume)),
+            of_names: None,
             published: false,
             lights,
             centre: scene.lattice().centre(),
@@ -390,6 +399,7 @@ mod tests {
                 least_strength: 1e-4,
                 radius: 1.0,
             },
+            of_names: None,
             published: false,
             lights: vec![(DVec3::new(-0.3, 0.4, 1.0).normalize(), [1.0; 3])],
             centre: DVec3::ZERO,

@@ -13,9 +13,6 @@ use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::vector::VectorSettings;
 use crate::volume::{Lattice, Places, ScalarVolume, VectorField};
 
-/// Of colours for lines, the share of the range that is too dark for these.
-const DARK_SHARE: f64 = 0.6;
-
 /// One thing among those that are drawn together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
@@ -102,20 +99,6 @@ impl VectorLayer {
             *map = free.into_iter().find(|map| !is_taken(*map)).unwrap_or(*map);
         }
         self
-    }
-
-    /// The colours of lines along the vectors: those of their lengths. Lines would be lost among splats in the same colours: there
-    /// they go from blue over green to yellow, or by plasma where splats do so.
-    pub fn colours_of_lines(&self, are_among_splats: bool) -> TransferFunction {
-        let mut transfer = self.settings.transfer.clone();
-        if are_among_splats {
-            let [low, high] = transfer.colour.range();
-            let is_taken = transfer.colour.map() == Some(ColourMap::Viridis);
-            let map = if is_taken { ColourMap::Plasma } else { ColourMap::Viridis };
-            let range = [low - DARK_SHARE * (high - low), high];
-            transfer.colour = ColourSource::Map { map, range };
-        }
-        transfer
     }
 
     /// A field as it is first seen beside another: in colours of its own, and out of step with it.
@@ -478,28 +461,4 @@ fn box_about(points: impl Iterator<Item = DVec3>) -> Lattice {
     };
     let spacing = size.max(DVec3::splat(least));
     Lattice { spacing, origin: (low + high) / 2.0, ..Lattice::unit([1; 3]) }
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::Vec3;
-
-    use super::*;
-    use crate::core::Ticket;
-
-    #[test]
-    fn lines_have_the_colours_of_their_splats_but_among_these() {
-        let places = Places::Lattice(Lattice::unit([2; 3]));
-        let vectors = (1..9).map(|i| Vec3::X * i as f32).collect();
-        let field = VectorField::new("wind", places, vectors, &Ticket::new()).expect("a field");
-        let mut layer = VectorLayer::new(Arc::new(field));
-        let own = |map| ColourSource::Map { map, range: [1.0, 6.0] };
-        layer.settings.transfer.colour = own(ColourMap::Plasma);
-        assert_eq!(layer.colours_of_lines(false), layer.settings.transfer);
-        let among = |layer: &VectorLayer| layer.colours_of_lines(true).colour;
-        let brighter = |map| ColourSource::Map { map, range: [-2.0, 6.0] };
-        assert_eq!(among(&layer), brighter(ColourMap::Viridis));
-        layer.settings.transfer.colour = own(ColourMap::Viridis);
-        assert_eq!(among(&layer), brighter(ColourMap::Plasma));
-    }
 }

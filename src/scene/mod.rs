@@ -51,7 +51,7 @@ pub use refusals::{Ground, Refusal};
 pub use saved::{SAVED_VERSION, SavedError};
 pub use shading::{
     Amounts, Attached, BASE_OPACITY, Colours, Index, LEAST_STRENGTH, Light, Lighting, MOST_LIGHTS,
-    Shading, ShadingError, ShadingPreset, ShadingSpace, strong_gradient,
+    NAMES_REACH, Shading, ShadingError, ShadingPreset, ShadingSpace, strong_gradient,
 };
 pub use store::{SampleSource, Sampled, Store};
 pub use view::{MOST_RAYS, Traversal, View};

@@ -21,13 +21,13 @@ pub struct Following {
     pub most_length: f64,
     /// The longest step, steps of the grid: how far apart places of a line are.
     pub most_step: f64,
-    /// Share of the greatest length below which a vector counts as zero.
+    /// Share of the greatest length below which a vector counts as zero: measured flows are noise where they are slow.
     pub least_speed: f64,
 }
 
 impl Default for Following {
     fn default() -> Self {
-        Self { tolerance: 1e-4, most_length: 200.0, most_step: 0.5, least_speed: 1e-5 }
+        Self { tolerance: 1e-4, most_length: 200.0, most_step: 0.5, least_speed: 0.02 }
     }
 }
 

@@ -15,6 +15,9 @@ use crate::scene::{Scene, SplatSettings};
 use crate::transfer::Kind;
 use crate::volume::{Component, Field, Grid, ScalarVolume, Shape};
 
+/// So many notes on a file need no click.
+const NOTES_IN_SIGHT: usize = 2;
+
 /// Another number of the file that a person wants to see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FieldChoice {
@@ -153,18 +156,21 @@ pub fn data_ui(ui: &mut Ui, document: &Document) -> Option<DataChoice> {
     series.or(field)
 }
 
-/// What there is to know of the file, which was said when it opened.
+/// What there is to know of the file: in sight, where it is little.
 fn notes_ui(ui: &mut Ui, notes: &[String]) {
     if notes.is_empty() {
         return;
     }
     let title = format!("Notes on the file ({})", notes.len());
     let title = RichText::new(title).size(12.5).color(theme::NOTE);
-    CollapsingHeader::new(title).id_salt("notes").default_open(false).show_unindented(ui, |ui| {
-        for note in notes {
-            note_ui(ui, &without_flags(note));
-        }
-    });
+    CollapsingHeader::new(title)
+        .id_salt("notes")
+        .default_open(notes.len() <= NOTES_IN_SIGHT)
+        .show_unindented(ui, |ui| {
+            for note in notes {
+                note_ui(ui, &without_flags(note));
+            }
+        });
 }
 
 /// What a mesh is drawn as, where that can be chosen: its cells, or ellipsoids about its points or cells. Other kernels draw its

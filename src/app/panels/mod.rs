@@ -78,6 +78,11 @@ pub(super) const VIEW: &str = "View";
 /// Which sections somebody has opened or closed, by their names; the others are as at first.
 pub type Sections = BTreeMap<String, bool>;
 
+/// Whether a section is open, by its name.
+pub fn is_open(sections: &Sections, name: &str) -> bool {
+    sections.get(name).copied().unwrap_or(!CLOSED_AT_FIRST.contains(&name))
+}
+
 /// A titled section that folds, and stays as it was left.
 pub(super) fn section_ui<R>(
     ui: &mut Ui,
@@ -95,7 +100,7 @@ pub(super) fn titled_section_ui<R>(
     (name, title): (&str, &str),
     add: impl FnOnce(&mut Ui) -> R,
 ) -> Option<R> {
-    let is_open = sections.get(name).copied().unwrap_or(!CLOSED_AT_FIRST.contains(&name));
+    let is_open = is_open(sections, name);
     let words = RichText::new(title).size(13.5).strong();
     // As it is from its first pass on, without being opened before all eyes.
     let header = CollapsingHeader::new(words).default_open(is_open).open(Some(is_open));

@@ -10,6 +10,7 @@ mod tests;
 use self::prefilter::{Target, Widened};
 use self::stencil::Stencil;
 use super::{Kernel, RadialKernel, Separable};
+use crate::cells::Depths;
 use crate::core::memory::{self, TooLarge};
 use crate::core::parallel;
 use crate::core::plain_number;
@@ -77,6 +78,9 @@ pub struct Coefficients {
     pub holes: Option<Vec<u32>>,
     /// What they are means of, where they are no samples.
     pub averaged: Option<Averaged>,
+    /// How deep they lie in the cells that they are samples of, where that is known: what draws them then ends where cells do,
+    /// rather than at the samples without data.
+    pub depths: Option<Depths>,
 }
 
 /// What means of a volume's values stand for.
@@ -111,7 +115,7 @@ impl Coefficients {
         let (min, max) = extremes(&values, ticket)?;
         let (min, max) = (min + bias, max + bias);
         let (residuals, averaged) = (Vec::new(), Some(averaged));
-        Ok(Self { dims, values, bias, min, max, residuals, holes, averaged })
+        Ok(Self { dims, values, bias, min, max, residuals, holes, averaged, depths: None })
     }
 
     /// What is left of the samples.
@@ -178,7 +182,7 @@ pub fn coefficients(
 /// The coefficients of the tents that are nearest to the interpolating cubic B-splines, in the mean
 /// square over space: quicker to evaluate, and as bright.
 ///
-/// Takes 4 bytes a sample. They have no residuals.
+/// Takes 4 bytes a sample, of cells 8. They have no residuals. Of samples of cells, those beside the border have the value there.
 ///
 /// # Errors
 /// Cancelled, or too little memory.
@@ -187,6 +191,16 @@ pub fn nearest_tents(
     ticket: &Ticket,
 ) -> Result<Coefficients, CoefficientsError> {
     let mut tents = coefficients(volume, Kernel::Linear, None, true, ticket)?;
+    if let (Some(field), Some(holes)) = (&volume.cells, &tents.holes) {
+        let lattice = &volume.lattice;
+        let to_index = |place| lattice.index_from_world(place);
+        let is_outside = |sample: usize| holes::contains(holes, sample);
+        let depths = field.depths(lattice.dims, to_index, is_outside, ticket)?;
+        for (sample, value) in &depths.beside {
+            tents.values[*sample] = store(value - tents.bias);
+        }
+        tents.depths = Some(depths);
+    }
     prefilter::prefilter(&mut tents.values, tents.dims, Target::Tents, ticket)?;
     let (min, max) = extremes(&tents.values, ticket)?;
     (tents.min, tents.max) = (min + tents.bias, max + tents.bias);
@@ -259,7 +273,8 @@ fn of_samples<T: Scalar>(
     residuals.push(measure(&values)?);
     let (min, max) = extremes(&values, ticket)?;
     let (min, max) = (min + bias, max + bias);
-    Ok(Coefficients { dims, values, bias, min, max, residuals, holes, averaged: None })
+    let (averaged, depths) = (None, None);
+    Ok(Coefficients { dims, values, bias, min, max, residuals, holes, averaged, depths })
 }
 
 /// The least and the greatest of values.

@@ -11,6 +11,7 @@ pub(super) use values::{Finds, Method, by};
 use super::bricks::{self, BRICK};
 use super::lanes::{LANES, Mask, Vec3};
 use super::own::Own;
+use crate::cells::Depths;
 use crate::core::parallel;
 use crate::core::{Cancelled, LargePages, Ticket, mapped};
 use crate::kernel::{Bounds, Coefficients, Kernel, Weighs, mirrored};
@@ -22,6 +23,8 @@ use crate::volume::ScalarVolume;
 pub(super) const NOTHING: f32 = -3e38;
 /// Samples beyond the last row that a load of four may touch.
 const SLACK: usize = 4;
+/// Of a brick without values.
+const NO_RANGE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 /// Bricks between two looks at the ticket.
 const A_PART: usize = 1 << 11;
 /// The greatest number of stored samples: places among them are 32-bit integers.
@@ -50,15 +53,26 @@ pub(super) struct Lattice {
     is_quick: bool,
     holes: Option<Vec<u32>>,
     near_holes: OnceLock<Vec<bool>>,
+    /// Where the cells end that its values are samples of.
+    pub border: Option<CellBorder>,
     pub bricks: Bounds,
     /// What is drawn in the place of samples.
     pub own: Option<Own>,
 }
 
+/// The border of the cells that a lattice is over.
+#[derive(Debug)]
+pub(super) struct CellBorder {
+    /// How deep each sample lies in them, in steps, less than 0 outside; stored as the values are.
+    pub depths: LargePages,
+    /// What light takes for the growth there, per index.
+    pub strength: f32,
+}
+
 impl Lattice {
     /// Samples that it stores of a volume in a mode; `None` where they overflow.
     pub(super) fn stored(dims: [usize; 3], mode: &SplatSettings) -> Option<usize> {
-        let pad = 2 * border(mode.kernel, mode.extent);
+        let pad = 2 * padding(mode.kernel, mode.extent);
         dims.iter().try_fold(1_usize, |n, &d| n.checked_mul(d + pad))
     }
 
@@ -73,7 +87,7 @@ impl Lattice {
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, Cancelled> {
-        let Coefficients { dims, mut values, bias, mut holes, .. } = coefficients;
+        let Coefficients { dims, mut values, bias, mut holes, depths, .. } = coefficients;
         let SplatSettings { kernel, extent, reconstruction, .. } = *mode;
         let limits = mode.limits();
         let own = Own::of(source, (kernel, &limits), bias, ticket)?;
@@ -86,26 +100,9 @@ impl Lattice {
             Some(Own::Cells(_) | Own::Functions(_)) => holes = None,
             None => {}
         }
-        let pad = border(kernel, extent);
-        let [sx, sy, sz] = dims.map(|n| n + 2 * pad);
-        let place: [Vec<usize>; 3] =
-            [0, 1, 2].map(|a| (0..dims[a] + 2 * pad).map(|i| mirrored(i, pad, dims[a])).collect());
-        let mut stored = LargePages::zeros(sx * sy * sz + SLACK);
-        let planes = stored[..sx * sy * sz].chunks_mut(sx * sy);
-        parallel::try_each(planes.enumerate(), |(z, plane)| {
-            if ticket.is_cancelled() {
-                return Err(Cancelled);
-            }
-            for (y, row) in plane.chunks_mut(sx).enumerate() {
-                let start = (place[2][z] * dims[1] + place[1][y]) * dims[0];
-                let from = &values[start..start + dims[0]];
-                row[pad..pad + dims[0]].copy_from_slice(from);
-                for x in (0..pad).chain(pad + dims[0]..sx) {
-                    row[x] = from[place[0][x]];
-                }
-            }
-            Ok(())
-        })?;
+        let pad = padding(kernel, extent);
+        let stored = padded(&values, dims, pad, mirrored, ticket)?;
+        let [row, plane] = [dims[0] + 2 * pad, (dims[0] + 2 * pad) * (dims[1] + 2 * pad)];
         let stretch = kernel.stretch(extent);
         let weighs = match kernel {
             Kernel::BSpline if stretch == 1.0 => Weighs::Splines,
@@ -116,6 +113,21 @@ impl Lattice {
         if let Some(own) = &own {
             own.bound(&mut bricks, bias, ticket)?;
         }
+        let border = match depths {
+            Some(Depths { depths, strength, .. }) => {
+                holes = None;
+                let deepest = bricks::bounds(&depths, dims, weighs, ticket)?;
+                for (range, [_, depth]) in bricks.ranges.iter_mut().zip(deepest.ranges) {
+                    if depth < 0.0 {
+                        *range = NO_RANGE;
+                    }
+                }
+                let step = source.lattice.axes().x_axis.length();
+                let depths = padded_depths(&depths, dims, pad, ticket)?;
+                Some(CellBorder { depths, strength: (strength * step) as f32 })
+            }
+            None => None,
+        };
         Ok(Self {
             source: Arc::clone(source),
             kernel,
@@ -126,12 +138,13 @@ impl Lattice {
             bias,
             dims,
             pad,
-            row: sx as i32,
-            plane: (sx * sy) as i32,
+            row: row as i32,
+            plane: plane as i32,
             stretch: stretch as f32,
             is_quick,
             holes,
             near_holes: OnceLock::new(),
+            border,
             bricks,
             own,
         })
@@ -164,12 +177,18 @@ impl Lattice {
     pub(super) fn size_bytes(&self) -> u64 {
         let holes = self.holes.as_ref().map_or(0, |holes| 4 * holes.len());
         let own = self.own.as_ref().map_or(0, Own::size_bytes);
-        (4 * self.values.len() + holes + self.bricks.size_bytes() + own) as u64
+        let border = self.border.as_ref().map_or(0, |border| 4 * border.depths.len());
+        (4 * self.values.len() + holes + border + self.bricks.size_bytes() + own) as u64
     }
 
     /// Whether samples hold no data.
     pub(super) fn has_holes(&self) -> bool {
         self.holes.is_some()
+    }
+
+    /// Whether there are places in it that it has no value at.
+    pub(super) fn ends_within(&self) -> bool {
+        self.holes.is_some() || self.border.is_some()
     }
 
     /// Whether samples without data are in each brick, or beside it; none of it where there are no such samples.
@@ -221,6 +240,63 @@ impl Lattice {
 }
 
 /// Samples that are stored beyond each border: as many as a kernel reaches. The growth of tents looks one further.
-fn border(kernel: Kernel, extent: Option<f64>) -> usize {
+fn padding(kernel: Kernel, extent: Option<f64>) -> usize {
     kernel.window(extent).max(if kernel == Kernel::Linear { 2 } else { 1 })
+}
+
+/// Numbers of a lattice with so many more beyond each border: copies of those that `number` says, as `mirrored` does.
+fn padded(
+    values: &[f32],
+    dims: [usize; 3],
+    pad: usize,
+    number: impl Fn(usize, usize, usize) -> usize,
+    ticket: &Ticket,
+) -> Result<LargePages, Cancelled> {
+    let [sx, sy, sz] = dims.map(|n| n + 2 * pad);
+    let place: [Vec<usize>; 3] =
+        [0, 1, 2].map(|a| (0..dims[a] + 2 * pad).map(|i| number(i, pad, dims[a])).collect());
+    let mut stored = LargePages::zeros(sx * sy * sz + SLACK);
+    let planes = stored[..sx * sy * sz].chunks_mut(sx * sy);
+    parallel::try_each(planes.enumerate(), |(z, plane)| {
+        if ticket.is_cancelled() {
+            return Err(Cancelled);
+        }
+        for (y, row) in plane.chunks_mut(sx).enumerate() {
+            let start = (place[2][z] * dims[1] + place[1][y]) * dims[0];
+            let from = &values[start..start + dims[0]];
+            row[pad..pad + dims[0]].copy_from_slice(from);
+            for x in (0..pad).chain(pad + dims[0]..sx) {
+                row[x] = from[place[0][x]];
+            }
+        }
+        Ok(())
+    })?;
+    Ok(stored)
+}
+
+/// Depths with so many more beyond each border, where no cells are: less than the nearest one by how far that is.
+fn padded_depths(
+    depths: &[f32],
+    dims: [usize; 3],
+    pad: usize,
+    ticket: &Ticket,
+) -> Result<LargePages, Cancelled> {
+    let clamped = |i: usize, pad: usize, n: usize| i.saturating_sub(pad).min(n - 1);
+    let mut stored = padded(depths, dims, pad, clamped, ticket)?;
+    let [sx, sy, sz] = dims.map(|n| n + 2 * pad);
+    let off = |i: usize, n: usize| i.abs_diff(clamped(i, pad, n) + pad).pow(2);
+    let planes = stored[..sx * sy * sz].chunks_mut(sx * sy);
+    parallel::try_each(planes.enumerate(), |(z, plane)| {
+        if ticket.is_cancelled() {
+            return Err(Cancelled);
+        }
+        for (y, row) in plane.chunks_mut(sx).enumerate() {
+            let across = off(z, dims[2]) + off(y, dims[1]);
+            for (x, depth) in row.iter_mut().enumerate() {
+                *depth -= ((across + off(x, dims[0])) as f32).sqrt();
+            }
+        }
+        Ok(())
+    })?;
+    Ok(stored)
 }

@@ -5,8 +5,12 @@ use fearless_simd::{Simd, f32x4, f64x2, i32x8, prelude::*};
 use super::super::lanes::{LANES, Lanes, Mask, Vec3, all, choose, columns, exponential};
 use super::super::own::Own;
 use super::super::weights::{self, natural};
-use super::{Lattice, NOTHING};
+use super::{CellBorder, Lattice, NOTHING};
 use crate::kernel::Kernel;
+use crate::scene::NAMES_REACH;
+
+/// Steps from the border of cells inwards within which light falls on it: about as deep as a cell, of which there are eight samples.
+const LAYER: f32 = 2.0;
 
 /// How a value is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,30 +120,32 @@ impl Lattice {
         ])
     }
 
-    /// Two neighbours along x, as they lie in memory.
+    /// Two neighbours along x among numbers that are stored as the values are, as they lie in memory.
     #[inline(always)]
-    fn pair(&self, at: i32) -> f64 {
+    fn pair(&self, of: &[f32], at: i32) -> f64 {
         #[expect(clippy::cast_sign_loss, reason = "stored_at clamps")]
         let at = at as usize;
-        assert!(!cfg!(test) || at + 2 <= self.values.len());
-        // SAFETY: as of `four`; these are 8 bytes of its 16.
+        debug_assert_eq!(of.len(), self.values.len());
+        assert!(!cfg!(test) || at + 2 <= of.len());
+        // SAFETY: as of `four`; these are 8 bytes of its 16, and depths are as many as values.
         #[expect(unsafe_code, reason = "unchecked loads in the innermost loop")]
-        let pair = unsafe { self.values.as_ptr().add(at).cast::<f64>().read_unaligned() };
+        let pair = unsafe { of.as_ptr().add(at).cast::<f64>().read_unaligned() };
         pair
     }
 
     /// Two neighbours along x of either of two rays.
     #[inline(always)]
-    fn pairs<S: Simd>(&self, simd: S, [near, far]: [i32; 2], offset: i32) -> f32x4<S> {
-        f64x2::load_array(simd, [self.pair(near + offset), self.pair(far + offset)]).bitcast()
+    fn pairs<S: Simd>(&self, simd: S, of: &[f32], [near, far]: [i32; 2]) -> f32x4<S> {
+        f64x2::load_array(simd, [self.pair(of, near), self.pair(of, far)]).bitcast()
     }
 
     /// Two neighbours along x of each ray, a lane a ray.
     #[inline(always)]
-    fn two<S: Simd>(&self, simd: S, at: [i32; LANES], offset: i32) -> [Lanes<S>; 2] {
+    fn two<S: Simd>(&self, simd: S, of: &[f32], at: [i32; LANES], offset: i32) -> [Lanes<S>; 2] {
         let [a, b, c, d, e, f, g, h] = at;
-        let (ab, cd) = (self.pairs(simd, [a, b], offset), self.pairs(simd, [c, d], offset));
-        let (ef, gh) = (self.pairs(simd, [e, f], offset), self.pairs(simd, [g, h], offset));
+        let o = offset;
+        let (ab, cd) = (self.pairs(simd, of, [a + o, b + o]), self.pairs(simd, of, [c + o, d + o]));
+        let (ef, gh) = (self.pairs(simd, of, [e + o, f + o]), self.pairs(simd, of, [g + o, h + o]));
         [ab.unzip_low(cd).combine(ef.unzip_low(gh)), ab.unzip_high(cd).combine(ef.unzip_high(gh))]
     }
 
@@ -275,15 +281,34 @@ impl Lattice {
         ]
     }
 
-    /// Tents and their growth within the cell.
+    /// Tents through numbers that are stored as the values are.
     #[inline(always)]
-    fn tents_with_growth<S: Simd>(&self, simd: S, place: Vec3<S>) -> (Lanes<S>, Vec3<S>) {
+    fn tents<S: Simd>(&self, simd: S, of: &[f32], place: Vec3<S>) -> Lanes<S> {
         let (cell, [fx, fy, fz]) = self.cell(simd, place);
         let at = self.stored_at(simd, cell, 0);
-        let [a, b] = self.two(simd, at, 0);
-        let [c, d] = self.two(simd, at, self.row);
-        let [e, f] = self.two(simd, at, self.plane);
-        let [g, h] = self.two(simd, at, self.plane + self.row);
+        let [a, b] = self.two(simd, of, at, 0);
+        let [c, d] = self.two(simd, of, at, self.row);
+        let [e, f] = self.two(simd, of, at, self.plane);
+        let [g, h] = self.two(simd, of, at, self.plane + self.row);
+        let front = between(between(a, b, fx), between(c, d, fx), fy);
+        let behind = between(between(e, f, fx), between(g, h, fx), fy);
+        between(front, behind, fz)
+    }
+
+    /// The same, and their growth within the cell.
+    #[inline(always)]
+    fn tents_with_growth<S: Simd>(
+        &self,
+        simd: S,
+        of: &[f32],
+        place: Vec3<S>,
+    ) -> (Lanes<S>, Vec3<S>) {
+        let (cell, [fx, fy, fz]) = self.cell(simd, place);
+        let at = self.stored_at(simd, cell, 0);
+        let [a, b] = self.two(simd, of, at, 0);
+        let [c, d] = self.two(simd, of, at, self.row);
+        let [e, f] = self.two(simd, of, at, self.plane);
+        let [g, h] = self.two(simd, of, at, self.plane + self.row);
         let [near_x, far_x] = [between(a, b, fx), between(c, d, fx)];
         let [near_z, far_z] = [between(e, f, fx), between(g, h, fx)];
         let [front, behind] = [between(near_x, far_x, fy), between(near_z, far_z, fy)];
@@ -371,7 +396,7 @@ impl Lattice {
             #[inline(always)]
             || match method {
                 Method::BSpline => self.spline_with_growth(simd, place),
-                _ => self.tents_with_growth(simd, place),
+                _ => self.tents_with_growth(simd, &self.values, place),
             },
         )
     }
@@ -386,17 +411,7 @@ impl Lattice {
     ) -> Lanes<S> {
         match method {
             Method::BSpline => self.spline(simd, place),
-            Method::Linear => {
-                let (cell, [fx, fy, fz]) = self.cell(simd, place);
-                let at = self.stored_at(simd, cell, 0);
-                let [a, b] = self.two(simd, at, 0);
-                let [c, d] = self.two(simd, at, self.row);
-                let [e, f] = self.two(simd, at, self.plane);
-                let [g, h] = self.two(simd, at, self.plane + self.row);
-                let front = between(between(a, b, fx), between(c, d, fx), fy);
-                let behind = between(between(e, f, fx), between(g, h, fx), fy);
-                between(front, behind, fz)
-            }
+            Method::Linear => self.tents(simd, &self.values, place),
             Method::Other => self.other(simd, place),
             Method::Functions | Method::Cells => match &self.own {
                 Some(own) => own.value(simd, place),
@@ -443,10 +458,7 @@ impl Lattice {
                 nearest(simd, place.y, ny),
                 nearest(simd, place.z, nz),
             ];
-            let at = self.stored_at(simd, cell, 0);
-            #[expect(clippy::cast_sign_loss, reason = "clamped")]
-            let taps = at.map(|at| self.values[at as usize]);
-            return Lanes::load_array(simd, taps);
+            return self.taps(simd, cell);
         }
         let (cell, f) = self.cell(simd, place);
         if self.kernel.is_separable() {
@@ -551,7 +563,109 @@ impl Lattice {
             Some(Own::Functions(functions)) if of_borders && method == Method::Functions => {
                 functions.growth_for_light(simd, place)
             }
+            _ if of_borders && let Some(border) = &self.border => {
+                self.growth_by_border(simd, border, method, place)
+            }
             _ => self.gradient(simd, method, place),
+        }
+    }
+
+    /// The growth of a lattice over cells, in whose outermost layer light falls on their border as it does on the cells
+    /// themselves ([`crate::cells::ShadingNormals`]). Not inlined, as it is long.
+    #[inline(never)]
+    fn growth_by_border<S: Simd>(
+        &self,
+        simd: S,
+        border: &CellBorder,
+        method: Method,
+        place: Vec3<S>,
+    ) -> Vec3<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let inside = self.gradient(simd, method, place);
+                let (depth, inwards) = self.tents_with_growth(simd, &border.depths, place);
+                let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+                let share = (one - depth.max(zero) * (1.0 / LAYER)).max(zero);
+                let length = inwards.dot(inwards).sqrt().max(all(simd, 1e-6));
+                let inwards = inwards.scaled(share * border.strength / length);
+                // A surface and its back are lit alike.
+                let is_turned = inwards.dot(inside).simd_lt(zero);
+                let of_inside = one - share;
+                inwards.at(inside, choose(is_turned, zero - of_inside, of_inside))
+            },
+        )
+    }
+
+    /// What light takes for the growth of numbers that name things (`scene::shading` has the rule), which are `range` apart at most.
+    /// Not inlined, as it is long.
+    #[inline(never)]
+    pub(in crate::native) fn end_of_name<S: Simd>(
+        &self,
+        simd: S,
+        place: Vec3<S>,
+        range: f32,
+    ) -> Vec3<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || self.end_of_name_here(simd, place, range),
+        )
+    }
+
+    #[inline(always)]
+    fn end_of_name_here<S: Simd>(&self, simd: S, place: Vec3<S>, range: f32) -> Vec3<S> {
+        let [nx, ny, nz] = self.dims;
+        let middle = Vec3 {
+            x: nearest(simd, place.x, nx),
+            y: nearest(simd, place.y, ny),
+            z: nearest(simd, place.z, nz),
+        };
+        let own = self.taps(simd, [middle.x, middle.y, middle.z]);
+        let (zero, none) = (all(simd, 0.0), Vec3::splat(simd, [0.0; 3]));
+        let (mut sum, mut total) = (none, zero);
+        for k in -NAMES_REACH..=NAMES_REACH {
+            let (z, dz, of_z) = beside(simd, (middle.z, k), place.z, nz);
+            for j in -NAMES_REACH..=NAMES_REACH {
+                let (y, dy, of_y) = beside(simd, (middle.y, j), place.y, ny);
+                for i in -NAMES_REACH..=NAMES_REACH {
+                    let (x, dx, of_x) = beside(simd, (middle.x, i), place.x, nx);
+                    let weight = of_x * (of_y * of_z);
+                    let is_other = self.taps(simd, [x, y, z]).simd_ne(own);
+                    let share = choose(is_other, weight, zero);
+                    sum = sum.at(Vec3 { x: dx, y: dy, z: dz }, share);
+                    total += weight;
+                }
+            }
+        }
+        sum.scaled(all(simd, range) / total)
+    }
+
+    /// The samples with these numbers along x, y and z.
+    #[inline(always)]
+    fn taps<S: Simd>(&self, simd: S, at: [Lanes<S>; 3]) -> Lanes<S> {
+        #[expect(clippy::cast_sign_loss, reason = "clamped")]
+        let [a, b, c, d, e, f, g, h] = self.stored_at(simd, at, 0).map(|at| at as usize);
+        let v = &self.values;
+        Lanes::load_array(simd, [v[a], v[b], v[c], v[d], v[e], v[f], v[g], v[h]])
+    }
+
+    /// How deep places lie in the cells that it is over, in steps.
+    #[inline(always)]
+    pub(in crate::native) fn depth<S: Simd>(
+        &self,
+        simd: S,
+        border: &CellBorder,
+        place: Vec3<S>,
+    ) -> Lanes<S> {
+        self.tents(simd, &border.depths, place)
+    }
+
+    /// The rays whose places no data lie about, or no cells.
+    #[inline(always)]
+    pub(in crate::native) fn is_outside<S: Simd>(&self, simd: S, place: Vec3<S>) -> Mask<S> {
+        match &self.border {
+            Some(border) => self.depth(simd, border, place).simd_lt(all(simd, 0.0)),
+            None => self.holes_at(simd, place),
         }
     }
 
@@ -631,6 +745,22 @@ fn inner<S: Simd>([_, a, b, _]: [Lanes<S>; 4], f: Lanes<S>) -> Lanes<S> {
 #[inline(always)]
 fn nearest<S: Simd>(simd: S, p: Lanes<S>, n: usize) -> Lanes<S> {
     (p + 0.5).floor().max(all(simd, 0.0)).min(all(simd, n as f32 - 1.0))
+}
+
+/// The sample so many beyond a middle one along an axis of `n`, or the last that there is, how far beyond a place the number would lie,
+/// and its weight.
+#[inline(always)]
+fn beside<S: Simd>(
+    simd: S,
+    (middle, off): (Lanes<S>, i32),
+    place: Lanes<S>,
+    n: usize,
+) -> (Lanes<S>, Lanes<S>, Lanes<S>) {
+    let at = middle + all(simd, off as f32);
+    let away = at - place;
+    let share = away * (1.0 / (NAMES_REACH as f32 + 0.5));
+    let hump = (all(simd, 1.0) - share * share).max(all(simd, 0.0));
+    (at.max(all(simd, 0.0)).min(all(simd, n as f32 - 1.0)), away, hump * hump)
 }
 
 /// Derivatives of the weights of the four samples about a place in its cell ([`weights::natural`]).

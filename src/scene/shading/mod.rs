@@ -23,6 +23,11 @@
 //! Where cells end, lights fall on their border rather than on the gradient behind it ([`crate::cells::ShadingNormals`],
 //! [`Shading::lights_borders`]).
 //!
+//! Numbers that name things have no gradient, as what lies between two names is neither. Lights fall on where the thing ends that a
+//! point is in ([`Shading::lights_names`]): for the gradient per index they take R Σ wᵢ (i − x) / Σ wᵢ over the samples i with
+//! another name than the one nearest to the point x, R being the range of the numbers and wᵢ the product over the axes of
+//! (1 − ((i − x) / ([`NAMES_REACH`] + ½))²)². Beyond the border lies what lies at it.
+//!
 //! Each of the four tables may be indexed by any [`Index`]; the transfer function is those of opacity
 //! and reflection by value.
 
@@ -34,10 +39,11 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::core::{Camera, Srgb8, names, plain_number, plain_numbers};
+use crate::kernel::Kernel;
 use crate::scene::{Classify, Effect, Inside, SplatSettings};
 use crate::transfer::{
     Region, RegionError, TRANSMITTANCE_FLOOR, TransferFunction, extinction_from_opacity,
-    interpolate, regions,
+    interpolate, labels_of, regions,
 };
 use crate::volume::{Lattice, ScalarVolume};
 
@@ -47,6 +53,10 @@ pub const MOST_LIGHTS: usize = 8;
 /// is no direction to be lit from: a few steps of the 16 bits that fields are kept in. Light that falls on it is scattered to all
 /// sides, as by faces turned every way in the mean. Over as much again directions set in.
 pub const LEAST_STRENGTH: f64 = 1e-4;
+
+/// Samples to either side of the one nearest to a point, along each axis, that tell how the border of the thing is turned that it is in.
+/// Steps of voxels as long as these are seen as the slope that they stand for.
+pub const NAMES_REACH: i32 = 2;
 
 /// What a table is indexed by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -342,6 +352,15 @@ impl Shading {
         self.lighting.as_ref().is_some_and(Lighting::uses_lights)
             && self.painted().is_empty()
             && !self.indices().any(Index::is_of_gradient)
+    }
+
+    /// Whether light falls on where things end that a volume's numbers name: where each place has the name of the sample
+    /// nearest to it, and only lights ask for the gradient.
+    pub fn lights_names(&self, mode: &SplatSettings, volume: &ScalarVolume) -> bool {
+        self.lights_borders()
+            && mode.kernel == Kernel::Nearest
+            && mode.classify.takes_one_value()
+            && !labels_of(&volume.statistics).is_empty()
     }
 
     /// What it asks for.
