@@ -281,7 +281,7 @@ impl Window {
             let rest = if others == 0 {
                 String::new()
             } else {
-                format!(" And {} more, under Data", others)
+                format!(". And {others} more, under Data")
             };
             self.notices.note(format!("{first}{rest}"));
         }

@@ -189,3 +189,133 @@ fn nearest([a, b, c]: [DVec3; 3], place: DVec3) -> [f64; 3] {
         [ca, 0.0, 1.0 - ca]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::cells::{Cells, On};
+    use crate::core::assert_stops;
+
+    const DIMS: [usize; 3] = [12, 11, 13];
+    const ORIGIN: DVec3 = DVec3::new(-3.0, 40.0, 7.0);
+    const STEP: f64 = 0.25;
+
+    fn index_of(place: DVec3) -> DVec3 {
+        (place - ORIGIN) / STEP
+    }
+
+    /// A box between two corners in steps of the lattice, of so many cells along each axis; values are the places' x + 2 y − 3 z.
+    fn block(on: On, cells: [usize; 3], [low, high]: [DVec3; 2]) -> CellField {
+        let sides = cells.map(|n| n + 1);
+        let place = |i: usize| {
+            let at = [i % sides[0], i / sides[0] % sides[1], i / (sides[0] * sides[1])];
+            let share = DVec3::from([0, 1, 2].map(|axis| at[axis] as f64 / cells[axis] as f64));
+            ORIGIN + STEP * (low + (high - low) * share)
+        };
+        let points: Arc<[DVec3]> = (0..sides.iter().product()).map(place).collect();
+        let values = match on {
+            On::Points => points.iter().map(|at| value(*at)).collect(),
+            On::Cells => (0..cells.iter().product::<usize>()).map(|i| i as f64).collect(),
+        };
+        CellField::new(Arc::new(Cells::of_grid(&points, sides)), on, values)
+    }
+
+    fn value(place: DVec3) -> f64 {
+        place.dot(DVec3::new(1.0, 2.0, -3.0))
+    }
+
+    fn sample(i: usize) -> DVec3 {
+        let [nx, ny, _] = DIMS;
+        DVec3::from([i % nx, i / nx % ny, i / (nx * ny)].map(|n| n as f64))
+    }
+
+    #[test]
+    fn depths_are_distances_to_the_border_and_samples_beside_it_have_the_value_there() {
+        let ends = [DVec3::new(2.3, 2.6, 0.0), DVec3::new(8.4, 7.2, 9.1)];
+        let field = block(On::Points, [3, 2, 4], ends);
+        let is_outside = |i: usize| {
+            let at = sample(i);
+            at != at.clamp(ends[0], ends[1])
+        };
+        let found = field.depths(DIMS, index_of, is_outside, &Ticket::new()).expect("depths");
+        let (mut inside, mut beside) = (0, found.beside.iter().peekable());
+        for (i, depth) in found.depths.iter().enumerate() {
+            let at = sample(i);
+            let nearest = at.clamp(ends[0], ends[1]);
+            let within = (at - ends[0]).min(ends[1] - at).min_element();
+            let expected = if is_outside(i) { -at.distance(nearest) } else { within };
+            let off = f64::from(*depth) - expected.clamp(-Depths::MOST, Depths::MOST);
+            assert!(off.abs() < 1e-6, "{at}: {depth}, not {expected}");
+            inside += usize::from(*depth >= 0.0);
+            if is_outside(i) && at.distance(nearest) <= Depths::BESIDE {
+                let (sample, told) = beside.next().expect("every one is told");
+                assert_eq!(*sample, i);
+                assert!((told - value(ORIGIN + STEP * nearest)).abs() < 1e-9, "{at}");
+            }
+        }
+        assert_eq!((inside, beside.next()), (6 * 5 * 10, None));
+        // Of (1, 2, −3).
+        assert!((found.strength - 14.0_f64.sqrt()).abs() < 1e-9, "{}", found.strength);
+    }
+
+    #[test]
+    fn beside_cells_with_one_number_each_it_is_the_nearest_ones() {
+        let ends = [DVec3::splat(3.0), DVec3::splat(7.0)];
+        let field = block(On::Cells, [2, 1, 1], ends);
+        let is_outside = |i: usize| {
+            let at = sample(i);
+            at != at.clamp(ends[0], ends[1])
+        };
+        let found = field.depths(DIMS, index_of, is_outside, &Ticket::new()).expect("depths");
+        for (i, value) in &found.beside {
+            let x = sample(*i).x;
+            let expected = if x < 5.0 { 0.0 } else { 1.0 };
+            assert!(*value == expected || x == 5.0, "{}: {value}", sample(*i));
+        }
+        assert!(found.beside.len() > 100);
+    }
+
+    #[test]
+    fn the_nearest_point_of_a_triangle_is_no_farther_than_any_other() {
+        let any = |i: usize| {
+            DVec3::from(
+                [3 * i, 3 * i + 1, 3 * i + 2].map(|i| ((i * 7919 + 13) % 997) as f64 / 99.7),
+            )
+        };
+        for i in 0..60 {
+            let [a, b, mut c, place] = [4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3].map(any);
+            // Some are lines, and some points.
+            match i % 10 {
+                8 => c = a.lerp(b, 0.3),
+                9 => c = a,
+                _ => {}
+            }
+            let corners = if i == 19 { [a; 3] } else { [a, b, c] };
+            let at = |weights: [f64; 3]| {
+                corners.iter().zip(weights).map(|(corner, weight)| *corner * weight).sum::<DVec3>()
+            };
+            let found = nearest(corners, place);
+            assert!(
+                found.iter().all(|weight| (-1e-12..=1.0 + 1e-12).contains(weight)),
+                "{found:?}"
+            );
+            assert!((found.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+            let distance = at(found).distance(place);
+            for (s, t) in (0..=20).flat_map(|s| (0..=20 - s).map(move |t| (s, t))) {
+                let weights = [f64::from(20 - s - t), f64::from(s), f64::from(t)].map(|w| w / 20.0);
+                assert!(distance <= at(weights).distance(place) + 1e-9, "{i}: {weights:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn depths_are_left_off_where_a_ticket_says_so() {
+        let ends = [DVec3::splat(10.0), DVec3::splat(70.0)];
+        let field = block(On::Points, [20; 3], ends);
+        // Most samples within three steps of six faces of 60 × 60.
+        let least = 6 * 60 * 60 * 5 / A_RUN;
+        assert_stops("depths", least, |ticket| field.depths([80; 3], index_of, |_| true, ticket));
+    }
+}

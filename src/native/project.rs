@@ -5,8 +5,9 @@
 
 use fearless_simd::{Simd, prelude::*};
 
-use super::lanes::{LANES, Lanes, Mask, all, any, choose};
+use super::lanes::{LANES, Lanes, Mask, Vec3, all, any, choose};
 use super::lattice::{Lattice, Method, NOTHING};
+use super::own::OwnAlong;
 use super::rays::{Packet, TILE};
 use super::walk::{Pixel, Scene, block_of, corner_of};
 use crate::scene::AlongRay;
@@ -38,7 +39,8 @@ impl Scene<'_> {
                 if !any(packet.is_there) {
                     continue;
                 }
-                let (stands, is_met) = self.along_rays(simd, method, along, &packet);
+                let own = self.own_along(simd, method, at, None);
+                let (stands, is_met) = self.along_rays(simd, (method, own), along, &packet);
                 let look = self.table.look(simd, stands);
                 for lane in 0..LANES {
                     if is_met.test(lane) {
@@ -65,6 +67,17 @@ impl Scene<'_> {
     ) -> Lanes<S> {
         let place = packet.at(t);
         let stored = self.lattice.value(simd, method, place);
+        self.turned(simd, method, sign, (place, stored))
+    }
+
+    #[inline(always)]
+    fn turned<S: Simd>(
+        &self,
+        simd: S,
+        method: Method,
+        sign: f32,
+        (place, stored): (Vec3<S>, Lanes<S>),
+    ) -> Lanes<S> {
         let mut is_nothing = Lattice::is_nothing(simd, method, stored);
         if self.lattice.ends_within() {
             is_nothing |= self.lattice.is_outside(simd, place);
@@ -77,7 +90,7 @@ impl Scene<'_> {
     fn along_rays<S: Simd>(
         &self,
         simd: S,
-        method: Method,
+        (method, mut own): (Method, Option<OwnAlong<'_, S>>),
         along: AlongRay,
         packet: &Packet<S>,
     ) -> (Lanes<S>, Mask<S>) {
@@ -89,7 +102,13 @@ impl Scene<'_> {
         let [first, last] = packet.slabs(simd, step);
         for k in first..=last + 2 {
             let t = all(simd, k as f32 * step).max(packet.enter).min(packet.leave);
-            let here = self.turned_value(simd, method, packet, sign, t);
+            let here = match &mut own {
+                Some(own) => {
+                    let stored = own.at(simd, packet, (k, 1, last + 2), t).value;
+                    self.turned(simd, method, sign, (packet.at(t), stored))
+                }
+                None => self.turned_value(simd, method, packet, sign, t),
+            };
             greatest = greatest.max(choose(packet.is_there, here, nothing));
             let length = far.1 - near.1;
             let mut is_slab =

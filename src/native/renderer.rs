@@ -539,8 +539,8 @@ impl Renderer {
             let shown = (lattice.dims, shown);
             Masks::new(&rays, &lattice.bricks, shown, ticket)
         })?;
-        let own = lattice.own.as_ref().filter(|own| composites && own.lands());
-        let asked = Asked::of(plan.mode.classify);
+        let own = lattice.own.as_ref().filter(|own| own.lands());
+        let asked = if composites { Asked::of(plan.mode.classify) } else { Asked::Faces };
         let land = |own: &Own| self.threads.run(|| own.land((&rays, asked), ticket));
         let landed = own.map(land).transpose()?;
         let light = Light::of(plan).filter(|_| composites);

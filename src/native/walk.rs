@@ -170,31 +170,8 @@ impl Scene<'_> {
             }
             ahead = Some(met);
         }
-        let mut own = match (self.landed, &self.lattice.own) {
-            (Some((OwnLanded::Functions(landed), asked)), Some(Own::Functions(functions)))
-                if method == Method::Functions =>
-            {
-                let sums = Sums::new(simd, (functions, landed), (self.rays, at), asked);
-                Some(OwnAlong::Functions(sums))
-            }
-            (Some((OwnLanded::Cells(landed), asked)), Some(Own::Cells(cells)))
-                if method == Method::Cells =>
-            {
-                let lit = self.light.filter(|_| W::LIT);
-                let growths = match lit.filter(|light| light.is_of_slabs && light.uses_gradient) {
-                    Some(light) => cells.growths(light.is_of_borders),
-                    None => Growths::None,
-                };
-                let asked = (asked, growths);
-                Some(OwnAlong::Cells(AlongSolids::new(
-                    simd,
-                    (cells, landed),
-                    (self.rays, at),
-                    asked,
-                )))
-            }
-            _ => None,
-        };
+        let lit = self.light.filter(|light| W::LIT && light.is_of_slabs && light.uses_gradient);
+        let mut own = self.own_along(simd, method, at, lit);
         let slabs = packet.slabs(simd, self.rays.step);
         let mut runs = self.masks.runs(at, slabs);
         // Up to which slab a cut was walked.
@@ -236,6 +213,37 @@ impl Scene<'_> {
             self.rule.lay_rest(&mut light, ahead);
         }
         light.light(simd)
+    }
+
+    /// What eight rays have of what is drawn in the place of samples, as `lit` asks for it.
+    #[inline(always)]
+    pub(super) fn own_along<S: Simd>(
+        &self,
+        simd: S,
+        method: Method,
+        at: [u32; 2],
+        lit: Option<&Light>,
+    ) -> Option<OwnAlong<'_, S>> {
+        match (self.landed?, &self.lattice.own) {
+            ((OwnLanded::Functions(landed), asked), Some(Own::Functions(functions)))
+                if method == Method::Functions =>
+            {
+                let sums = Sums::new(simd, (functions, landed), (self.rays, at), asked);
+                Some(OwnAlong::Functions(sums))
+            }
+            ((OwnLanded::Cells(landed), asked), Some(Own::Cells(cells)))
+                if method == Method::Cells =>
+            {
+                let growths = match lit {
+                    Some(light) => cells.growths(light.is_of_borders),
+                    None => Growths::None,
+                };
+                let (cells, asked) = (&**cells, (asked, growths));
+                let along = AlongSolids::new(simd, (cells, landed), (self.rays, at), asked);
+                Some(OwnAlong::Cells(along))
+            }
+            _ => None,
+        }
     }
 
     /// Slabs between faces, of a run of them.
@@ -561,20 +569,19 @@ impl Scene<'_> {
                 let middle = (a.t + b.t) * 0.5;
                 let at_middle = self.lattice.depth(simd, border, packet.at(middle));
                 let is_edge = a_is_out & b_is_out & at_middle.simd_ge(zero);
-                for (face, is_out, depth, [other, other_depth]) in
-                    [(0, a_is_out, at_a, [b.t, at_b]), (1, b_is_out, at_b, [a.t, at_a])]
-                {
-                    let face = &mut faces[face];
+                let is_some = !(a_is_out & b_is_out) | is_edge;
+                let ends = [(a_is_out, at_a, [b.t, at_b]), (b_is_out, at_b, [a.t, at_a])];
+                for (face, (is_out, depth, [other, other_depth])) in faces.iter_mut().zip(ends) {
                     // Its other end lies inside.
+                    let is_moved = is_out & is_some;
                     let to = choose(is_edge, middle, other);
                     let rise = choose(is_edge, at_middle, other_depth) - depth;
-                    let share = zero - depth / choose(is_out, rise, one);
-                    face.t = choose(is_out, (to - face.t).mul_add(share, face.t), face.t);
+                    let share = zero - depth / choose(is_moved, rise, one);
+                    face.t = choose(is_moved, (to - face.t).mul_add(share, face.t), face.t);
                     let value = self.lattice.value(simd, method, packet.at(face.t));
-                    face.u = choose(is_out, self.table.cell(simd, value), face.u);
-                    face.has_growth &= !any(is_out);
+                    face.u = choose(is_moved, self.table.cell(simd, value), face.u);
+                    face.has_growth &= !any(is_moved);
                 }
-                let is_some = !(a_is_out & b_is_out) | is_edge;
                 faces.iter_mut().for_each(|face| face.is_there &= is_some);
             },
         );

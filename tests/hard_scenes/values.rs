@@ -1,11 +1,14 @@
 //! Sample types and values that are easy to get wrong, against the float64 reference.
 
 use glam::DVec3;
+use voxsplat::accuracy::Difference;
 use voxsplat::core::Srgb8;
 use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
 use voxsplat::reference::{Rays, Reference};
-use voxsplat::scene::{AlongRay, Classify, Inside, Scene, Slice, SplatSettings};
+use voxsplat::scene::{
+    AlongRay, Amounts, Classify, Index, Inside, Lighting, Scene, Slice, SplatSettings,
+};
 use voxsplat::task::draw::{Drawer, Rung};
 use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Lattice, Samples};
@@ -288,4 +291,43 @@ fn opacity_of_a_hundred_millionth_is_still_right_to_a_thousandth() {
     // Measured: 1.1e-4, 5.0e-6, 1.3e-6.
     let within = Within { max_abs: 3e-4, rmse: 2e-5, bias: 4e-6 };
     assert_eq!(fault(&found, &expected, within), None);
+}
+
+/// Three things with whatever numbers, side by side and one in the other, opaque and half so.
+fn things() -> Scene {
+    let lattice = Lattice { spacing: DVec3::new(1.0, 1.2, 0.8), ..Lattice::unit([22, 18, 24]) };
+    let name = |i: usize| {
+        let at = DVec3::from([i % 22, i / 22 % 18, i / 396].map(|n| n as f64));
+        let within = |middle: [f64; 3], radius: f64| at.distance(DVec3::from(middle)) < radius;
+        match () {
+            () if within([8.0, 8.0, 9.0], 3.0) => 29,
+            () if within([8.0, 8.0, 9.0], 6.0) => 2,
+            () if at.dot(DVec3::new(0.3, -0.4, 0.87)) > 14.0 => 7,
+            () => 0,
+        }
+    };
+    let samples = Samples::UInt8((0..lattice.len()).map(name).collect());
+    let mut scene = with_field(scene(lattice, OBLIQUE), volume(lattice, samples));
+    let step = |from: f64, to: f64, alpha: f64| [(from, alpha), (to, alpha)];
+    transfer_of(&mut scene).opacity =
+        [step(0.0, 1.0, 0.0), step(1.0, 6.0, 0.2), step(6.0, 30.0, 0.95)].concat();
+    scene.splat = SplatSettings::NAMES;
+    scene.shading.lighting = Some(Lighting::first_look());
+    scene
+}
+
+/// Measured, native: see below.
+#[test]
+fn things_that_numbers_name_are_lit_where_they_end() {
+    let Some(mut drawer) = drawer() else { return };
+    let scene = things();
+    agrees(&mut drawer, "names", &scene, EXACT);
+    let mut by_table = scene.clone();
+    // What looks the gradient up has the steps' own.
+    by_table.shading.modulation =
+        Some(Amounts { index: Index::GradientStrength, points: vec![(0.0, 1.0)] });
+    let [(one, _), (other, _)] =
+        [&scene, &by_table].map(|scene| drawn(&mut drawer, scene, SIZE, Rung::Full));
+    let apart = Difference::between(&one, &other).expect("one size");
+    assert!(apart.rmse > 0.01, "the rule changes nothing: {apart:?}");
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use voxsplat::scene::annotations::Primitive;
 use voxsplat::scene::{Annotation, Annotations};
@@ -42,6 +42,30 @@ fn switches_of_annotations_are_steps_that_can_be_taken_back_and_pointing_is_none
     bench.harness.run_steps(3);
     assert!(!annotations(&bench).scale_bar && annotations(&bench).trihedron);
     assert_eq!(bench.request_count(), requests, "no picture is drawn for them");
+}
+
+#[test]
+fn axes_that_reach_beyond_a_view_leave_it_alone_and_offer_to_show_all_from_there() {
+    let mut bench = Bench::opened();
+    bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(40.0, 25.0));
+    // Nearer than all of it.
+    bench.drag(PointerButton::Secondary, Modifiers::NONE, vec2(0.0, 60.0));
+    bench.drag(PointerButton::Secondary, Modifiers::NONE, vec2(0.0, 60.0));
+    let before = bench.camera();
+    press(&mut bench, Key::X);
+    assert_eq!(bench.camera(), before);
+    assert!(bench.tells("The axes reach beyond this view"));
+    bench.harness.get_by_role_and_label(Role::Button, "Fit to window").click();
+    bench.harness.run_steps(3);
+    let after = bench.camera();
+    assert_eq!((after.direction, after.up), (before.direction, before.up));
+    assert!(after.parallel_scale > before.parallel_scale, "{after:?} {before:?}");
+    assert!(!bench.tells("The axes reach beyond this view"), "what was offered is done");
+    // All of them in sight, there is nothing to offer.
+    for _ in 0..2 {
+        press(&mut bench, Key::X);
+        assert!(!bench.tells("The axes reach beyond this view"));
+    }
 }
 
 #[test]
