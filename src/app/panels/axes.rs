@@ -13,6 +13,11 @@ const POINTS_FOR_STEPS: f64 = 130.0;
 const STEPS: [&[f64]; 3] = [&[1.0], &[1.0, 2.0, 5.0], &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]];
 /// Least distance of two numbers along the axes, points.
 const BETWEEN_NUMBERS: f32 = 8.0;
+/// What the numbers at the left are, and in graphs at least so wide what they are in the percent that the window tells elsewhere.
+const LEVEL: &str = "dB: higher is better";
+const LEVEL_AND_ERROR: &str =
+    "dB: higher is better; at 20 the error is 10 %, at 40 1 %, at 60 0.1 %";
+const WIDE: f32 = 480.0;
 /// A graph smaller than this has no words in its corners, points.
 const LEAST_FOR_WORDS: Vec2 = vec2(230.0, 84.0);
 
@@ -104,9 +109,10 @@ pub fn paint_axes(painter: &Painter, axes: Axes, taken: &mut Vec<Rect>) {
         return;
     }
     let quiet = theme::TEXT_FAINT.gamma_multiply(0.8);
+    let of_level = if axes.rect.width() < WIDE { LEVEL } else { LEVEL_AND_ERROR };
     for (corner, align, words) in [
         (pos2(max.x - 6.0, max.y - 4.0), Align2::RIGHT_BOTTOM, "time to draw a picture"),
-        (pos2(min.x + 6.0, min.y + 4.0), Align2::LEFT_TOP, "dB: higher is better"),
+        (pos2(min.x + 6.0, min.y + 4.0), Align2::LEFT_TOP, of_level),
     ] {
         let galley = painter.layout_no_wrap(words.to_owned(), font.clone(), quiet);
         let place = align.anchor_size(corner, galley.size());
