@@ -110,7 +110,7 @@ fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Tick
                 StreamlineError::Cancelled(_) => None,
                 refused => Some(refused.to_string()),
             })?;
-            vector::tubes(&lines, transfer, radius * step).map_err(refused)
+            vector::tubes(&lines, &layer.colours_of_lines(), radius * step).map_err(refused)
         }
     }
 }

@@ -11,7 +11,7 @@ use super::job::{Ended, Job};
 use super::window::Window;
 use crate::core::Ticket;
 use crate::scene::{Layer, Look, SampleSource, VectorLayer};
-use crate::vector::{PhaseClock, VectorSettings};
+use crate::vector::{self, PhaseClock, VectorSettings};
 use crate::volume::{Grid, VectorField, VolumeError};
 
 /// Cycles a second when an animation is first started.
@@ -19,6 +19,9 @@ const FIRST_SPEED: f64 = 0.4;
 /// Animated pictures a second at most, unless someone chooses otherwise: enough for motion, and sparing
 /// of a battery.
 pub(super) const MOST_FPS: u32 = 20;
+
+/// Places of vectors at which it is asked whether the field hides them.
+const PLACES: usize = 64;
 
 /// What is said where the field was faded for what lies in it.
 pub(super) fn faded_for(name: &str) -> String {
@@ -212,11 +215,18 @@ impl Window {
                             scene.replace(at, source, VectorLayer { settings, ..opening });
                         }
                     }
+                    None if then == Some(Action::MakeStreamlines) => {
+                        // Who asks for lines means to see these.
+                        let mut alone = opening;
+                        alone.show_splats(false);
+                        scene.add(source, alone);
+                    }
                     None => {
                         let field = Arc::clone(&opening.field);
                         scene.add(source, opening);
-                        // Who asks for them means to see them.
-                        if scene.uncover((0..field.vectors.len()).map(|i| field.places.at(i).0)) {
+                        // Who asks for them means to see them, and the longest first of all.
+                        let places = vector::seeds_at_vectors(&field, PLACES);
+                        if scene.uncover(places.into_iter()) {
                             self.notices.offer(Action::ShowFaded, faded_for("vectors"));
                         }
                     }
@@ -237,6 +247,10 @@ impl Window {
     pub(super) fn toggle_animation(&mut self, ctx: &Context) {
         let runs = self.vectors.clock.is_running();
         self.vectors.clock.set_running(!runs, ctx.time());
+        // What plays is seen.
+        if let Some(scene) = self.scene.as_mut().filter(|_| !runs) {
+            scene.show_vector_splats();
+        }
     }
 
     /// Moves the marks on, as often as asked for.

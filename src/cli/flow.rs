@@ -19,7 +19,7 @@ const MOST_STREAMLINES: usize = 100_000;
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Streamlines and arrows")]
 pub struct FlowFlags {
-    /// Draw tubes along about N streamlines of the vectors, in the colours of their lengths. They are
+    /// Draw tubes along about N streamlines of the vectors, in the colours of their lengths, among splats by another map. They are
     /// seeded at vectors, the more the longer these are, or evenly on the plane across an axis of the vectors' grid, V% along it;
     /// the tubes' radius and the longest way to either side are in steps of that grid [defaults: 0.25, 200]
     #[arg(long, value_name = "N[,x|y|z=V%][,radius=R][,length=L]", value_parser = streamlines)]
@@ -151,7 +151,11 @@ impl FlowFlags {
             drop(progress);
             let lines = lines.map_err(Failure::failed)?;
             let radius = radius * step;
-            let tubes = vector::tubes(&lines, transfer, radius).map_err(Failure::failed)?;
+            let colours = match self.no_vector_splats {
+                true => transfer.clone(),
+                false => layer.colours_of_lines(),
+            };
+            let tubes = vector::tubes(&lines, &colours, radius).map_err(Failure::failed)?;
             found.push(PolygonLayer::new(Arc::new(tubes)));
         }
         if let Some(Arrows { every, size }) = self.arrows {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::core::{Cancelled, Ticket};
-use crate::scene::{OpacityModel, Scene};
+use crate::scene::{OpacityModel, Scene, VectorLayer};
 use crate::vector::{ColourBy, Design, Foreshortening, Splats, VectorPyramid, VectorSettings};
 use crate::volume::{ScalarVolume, VectorField};
 
@@ -28,12 +28,12 @@ impl PartialEq for KernelList {
 impl KernelList {
     /// Those of a scene.
     pub(super) fn all_of(scene: &Scene) -> Vec<Self> {
-        let list = |layer: crate::scene::VectorLayer| Self {
+        let list = |layer: VectorLayer| Self {
             classification: Classification::of(scene, &layer.field, &layer.settings),
             field: layer.field,
             settings: layer.settings,
         };
-        scene.vectors().into_iter().map(list).collect()
+        scene.vectors().into_iter().filter(VectorLayer::shows_splats).map(list).collect()
     }
 }
 

@@ -13,6 +13,9 @@ use crate::transfer::{ColourMap, ColourSource, TransferFunction};
 use crate::vector::VectorSettings;
 use crate::volume::{Lattice, Places, ScalarVolume, VectorField};
 
+/// Of colours for lines, the share of the range that is too dark for these.
+const DARK_SHARE: f64 = 0.6;
+
 /// One thing among those that are drawn together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
@@ -99,6 +102,35 @@ impl VectorLayer {
             *map = free.into_iter().find(|map| !is_taken(*map)).unwrap_or(*map);
         }
         self
+    }
+
+    /// Whether its vectors are seen as splats.
+    pub fn shows_splats(&self) -> bool {
+        self.settings.transfer.most_opacity() > 0.0
+    }
+
+    /// Shows its vectors as splats, as opaque as at first, or shows none, where lines stand for them.
+    pub fn show_splats(&mut self, are_shown: bool) {
+        let first = VectorSettings::for_field(&self.field).transfer.most_opacity();
+        let opacity = &mut self.settings.transfer.opacity;
+        match (opacity.last_mut(), are_shown) {
+            (Some(last), true) => last.1 = first,
+            _ => opacity.iter_mut().for_each(|point| point.1 = 0.0),
+        }
+    }
+
+    /// The colours of lines along the vectors: those of their lengths. Lines would be lost among splats in the same colours: there
+    /// they go from blue over green to yellow, or by plasma where splats do so.
+    pub fn colours_of_lines(&self) -> TransferFunction {
+        let mut transfer = self.settings.transfer.clone();
+        if self.shows_splats() {
+            let [low, high] = transfer.colour.range();
+            let is_taken = transfer.colour.map() == Some(ColourMap::Viridis);
+            let map = if is_taken { ColourMap::Plasma } else { ColourMap::Viridis };
+            let range = [low - DARK_SHARE * (high - low), high];
+            transfer.colour = ColourSource::Map { map, range };
+        }
+        transfer
     }
 
     /// A field as it is first seen beside another: in colours of its own, and out of step with it.
@@ -354,6 +386,18 @@ impl Scene {
         vectors.collect()
     }
 
+    /// Shows vectors as splats, where none of their layers does.
+    pub fn show_vector_splats(&mut self) {
+        let shown = self.vectors();
+        if shown.iter().any(VectorLayer::shows_splats) {
+            return;
+        }
+        for ((_, settings), mut layer) in self.vectors_mut().into_iter().zip(shown) {
+            layer.show_splats(true);
+            *settings = layer.settings;
+        }
+    }
+
     /// Its layers, seen as another scene is, with another field in the place of the first.
     #[must_use]
     pub fn with_other_field(
@@ -461,4 +505,33 @@ fn box_about(points: impl Iterator<Item = DVec3>) -> Lattice {
     };
     let spacing = size.max(DVec3::splat(least));
     Lattice { spacing, origin: (low + high) / 2.0, ..Lattice::unit([1; 3]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::core::Ticket;
+
+    #[test]
+    fn lines_have_the_colours_of_their_splats_but_among_these() {
+        let places = Places::Lattice(Lattice::unit([2; 3]));
+        let vectors = (1..9).map(|i| Vec3::X * i as f32).collect();
+        let field = VectorField::new("wind", places, vectors, &Ticket::new()).expect("a field");
+        let mut layer = VectorLayer::new(Arc::new(field));
+        let own = |map| ColourSource::Map { map, range: [1.0, 6.0] };
+        layer.settings.transfer.colour = own(ColourMap::Plasma);
+        let among = |layer: &VectorLayer| layer.colours_of_lines().colour;
+        let brighter = |map| ColourSource::Map { map, range: [-2.0, 6.0] };
+        assert_eq!(among(&layer), brighter(ColourMap::Viridis));
+        layer.settings.transfer.colour = own(ColourMap::Viridis);
+        assert_eq!(among(&layer), brighter(ColourMap::Plasma));
+        let before = layer.settings.transfer.clone();
+        layer.show_splats(false);
+        assert!(!layer.shows_splats());
+        assert_eq!(layer.colours_of_lines(), layer.settings.transfer, "alone they have their own");
+        layer.show_splats(true);
+        assert_eq!(layer.settings.transfer, before);
+    }
 }
