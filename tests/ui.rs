@@ -1090,7 +1090,7 @@ fn habits_survive_and_volumes_do_not() {
 }
 
 #[test]
-fn the_axes_of_a_patient_are_named() {
+fn a_first_view_looks_at_the_middle_before_black() {
     let bench = Bench::opened();
     assert_eq!(bench.camera().focal_point, DVec3::splat(3.5));
     assert_eq!(bench.last_request().scene.background, Background::Colour(Srgb8::BLACK));

@@ -37,6 +37,7 @@ impl Window {
         };
         // The desktop's dialog for files may still be on its way: what is typed for it is no command.
         let behind_dialog = self.file_dialog.is_some()
+            || self.polygons.is_choosing()
             || self.dialog.as_ref().is_some_and(|dialog| !matches!(dialog, Dialog::Help));
         if self.dialog.is_none() {
             actions::leave_to_dialog(ctx);

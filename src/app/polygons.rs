@@ -45,6 +45,13 @@ pub(super) struct Polygons {
     chooser: Option<FileDialog>,
 }
 
+impl Polygons {
+    /// Whether the desktop's dialog for a file of them is open, or on its way.
+    pub(super) fn is_choosing(&self) -> bool {
+        self.chooser.is_some()
+    }
+}
+
 impl Window {
     /// Asks for a file of surfaces.
     pub(super) fn choose_surfaces(&mut self, ctx: &Context, of: Surfaces) {

@@ -1,5 +1,7 @@
 //! What `render` draws where nobody says how: the first look.
 
+use std::collections::BTreeSet;
+
 use serde_json::Value;
 
 use crate::can_draw;
@@ -101,6 +103,25 @@ fn projections_of_scans_are_grey_unless_colours_are_chosen() {
     assert!(is_grey(HEAD, &[]));
     assert!(!is_grey(HEAD, &["--colormap", "inferno"]) && !is_grey(HEAD, &["--preset", "ct-bone"]));
     assert!(!is_grey("demo:blobs:16", &[]), "a simulation keeps its colours");
+}
+
+/// The colours of the transfer function, up to soft tissue, made a white blob of it.
+#[test]
+fn the_greatest_values_of_a_head_are_told_apart_in_a_range_of_their_own() {
+    if !can_draw() {
+        return;
+    }
+    let levels = |more: &[&str]| {
+        let (png, _) = rendered(HEAD, &[&["--projection", "maximum"], more].concat());
+        let picture = image::load_from_memory(&png).expect("a PNG").into_luma8();
+        let seen: Vec<u8> = picture.pixels().map(|p| p.0[0]).filter(|&level| level > 8).collect();
+        let white = seen.iter().filter(|&&level| level > 250).count();
+        (white as f64 / seen.len() as f64, seen.iter().collect::<BTreeSet<_>>().len())
+    };
+    let (white, different) = levels(&[]);
+    assert!(white < 0.1 && different > 60, "{white} {different}");
+    let (blown, _) = levels(&["--color-range", "0,100"]);
+    assert!(blown > 0.5, "what was seen before is found: {blown}");
 }
 
 #[test]

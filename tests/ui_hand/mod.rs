@@ -536,6 +536,24 @@ fn vectors_that_matter_would_hide_are_seen_in_it_and_in_other_colours() {
 }
 
 #[test]
+fn the_wheel_ends_at_a_voxel_and_far_from_the_volume() {
+    let mut bench = Bench::opened();
+    bench.hover(bench.viewport().center());
+    let first = bench.camera().parallel_scale;
+    let mut scale_after = |notches: f32| {
+        for _ in 0..60 {
+            bench.wheel(notches);
+        }
+        bench.camera().parallel_scale
+    };
+    let (near, far) = (scale_after(4.0), scale_after(-4.0));
+    // Samples are 1 apart.
+    assert!((0.05..first).contains(&near), "{near} of {first}");
+    assert!((first..100.0 * first).contains(&far), "{far} of {first}");
+    assert_eq!(scale_after(-4.0), far, "there it stays");
+}
+
+#[test]
 fn views_by_name_show_all_that_can_be_seen() {
     let mut bench = Bench::opened();
     press(&mut bench, Modifiers::NONE, Key::Num1);

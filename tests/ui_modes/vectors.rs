@@ -98,6 +98,12 @@ fn what_follows_vectors_shows_those_of_the_file_first() {
     });
     bench.settle();
     assert!(shown(&bench) && layer(&bench).field.name == "wind");
+    let splats = |bench: &Bench| bench.window().scene().unwrap().vectors()[0].shows_splats();
+    assert!(!splats(&bench), "lines alone were asked for");
+    // What plays is seen.
+    bench.harness.key_press(Key::Space);
+    bench.harness.run_steps(3);
+    assert!(splats(&bench));
 
     let mut bench = Bench::empty();
     bench.open("triples.nrrd");
