@@ -162,32 +162,28 @@ fn within(at: f64, slope: f64, [low, high]: [i64; 2]) -> [i64; 2] {
     }
 }
 
-/// The point of a triangle nearest to a place, as shares of its corners.
+/// The point of a triangle nearest to a place, as shares of its corners: of the place's own shadow, where it falls on the triangle,
+/// and of points on the edges. All are compared, as slivers have shadows by rounding alone.
 fn nearest([a, b, c]: [DVec3; 3], place: DVec3) -> [f64; 3] {
     let (u, v, w) = (b - a, c - a, place - a);
     let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
     let (uw, vw) = (u.dot(w), v.dot(w));
     let determinant = uu * vv - uv * uv;
     let [s, t] = [(vv * uw - uv * vw) / determinant, (uu * vw - uv * uw) / determinant];
-    // Not so of one without an area.
-    if s >= 0.0 && t >= 0.0 && s + t <= 1.0 {
-        return [1.0 - s - t, s, t];
-    }
     let along = |from: DVec3, to: DVec3| {
         let edge = to - from;
         let share = (place - from).dot(edge) / edge.length_squared();
         // From one end of an edge without a length.
-        let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
-        (share, from.lerp(to, share).distance_squared(place))
+        if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) }
     };
-    let [(ab, to_ab), (bc, to_bc), (ca, to_ca)] = [along(a, b), along(b, c), along(c, a)];
-    if to_ab <= to_bc && to_ab <= to_ca {
-        [1.0 - ab, ab, 0.0]
-    } else if to_bc <= to_ca {
-        [0.0, 1.0 - bc, bc]
-    } else {
-        [ca, 0.0, 1.0 - ca]
-    }
+    let [ab, bc, ca] = [along(a, b), along(b, c), along(c, a)];
+    let edges = [[1.0 - ab, ab, 0.0], [0.0, 1.0 - bc, bc], [ca, 0.0, 1.0 - ca]];
+    let distance =
+        |[of_a, of_b, of_c]: [f64; 3]| (a * of_a + b * of_b + c * of_c).distance_squared(place);
+    let nearer = |best, other| if distance(other) < distance(best) { other } else { best };
+    let best = edges.into_iter().reduce(nearer).unwrap_or_default();
+    let is_on = s >= 0.0 && t >= 0.0 && s + t <= 1.0;
+    if is_on { nearer(best, [1.0 - s - t, s, t]) } else { best }
 }
 
 #[cfg(test)]
