@@ -20,7 +20,7 @@ const FIRST_SPEED: f64 = 0.4;
 /// of a battery.
 pub(super) const MOST_FPS: u32 = 20;
 
-/// Places of vectors at which it is asked whether the field hides them.
+/// The longest vectors of which it is asked whether the field hides them.
 const PLACES: usize = 64;
 
 /// What is said where the field was faded for what lies in it.
@@ -224,9 +224,11 @@ impl Window {
                     None => {
                         let field = Arc::clone(&opening.field);
                         scene.add(source, opening);
-                        // Who asks for them means to see them, and the longest first of all.
-                        let places = vector::seeds_at_vectors(&field, PLACES);
-                        if scene.uncover(places.into_iter()) {
+                        // Who asks for them means to see them: all of them, and the longest above all.
+                        let longest = vector::seeds_at_vectors(&field, PLACES);
+                        if scene.uncover((0..field.vectors.len()).map(|i| field.places.at(i).0))
+                            || scene.uncover(longest.into_iter())
+                        {
                             self.notices.offer(Action::ShowFaded, faded_for("vectors"));
                         }
                     }

@@ -49,8 +49,8 @@ fn axes_that_reach_beyond_a_view_leave_it_alone_and_offer_to_show_all_from_there
     let mut bench = Bench::opened();
     bench.drag(PointerButton::Primary, Modifiers::NONE, vec2(40.0, 25.0));
     // Nearer than all of it.
-    bench.drag(PointerButton::Secondary, Modifiers::NONE, vec2(0.0, 60.0));
-    bench.drag(PointerButton::Secondary, Modifiers::NONE, vec2(0.0, 60.0));
+    bench.hover(bench.viewport().center());
+    bench.wheel(6.0);
     let before = bench.camera();
     press(&mut bench, Key::X);
     assert_eq!(bench.camera(), before);
@@ -58,7 +58,7 @@ fn axes_that_reach_beyond_a_view_leave_it_alone_and_offer_to_show_all_from_there
     bench.harness.get_by_role_and_label(Role::Button, "Fit to window").click();
     bench.harness.run_steps(3);
     let after = bench.camera();
-    assert_eq!((after.direction, after.up), (before.direction, before.up));
+    assert!((after.direction - before.direction).length() < 1e-9);
     assert!(after.parallel_scale > before.parallel_scale, "{after:?} {before:?}");
     assert!(!bench.tells("The axes reach beyond this view"), "what was offered is done");
     // All of them in sight, there is nothing to offer.
