@@ -164,6 +164,13 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                         u_ends = slab.us;
                         u_middle = 0.5 * (u_ends.x + u_ends.y);
                     }
+                    if has_depths && have >= 2 {
+                        let slab = cut_off(origin, direction, Trimmed(vec2<f32>(t_near, t_far), u_ends));
+                        from_t = slab.ts.x;
+                        to_t = slab.ts.y;
+                        u_ends = slab.us;
+                        u_middle = 0.5 * (u_ends.x + u_ends.y);
+                    }
                     // The parabola has the mean of the cubic through four faces.
                     let whole = abs(t - t_before) >= WHOLE_SLABS * step
                         && u_before != NOTHING && u_near != NOTHING && u_far != NOTHING && u != NOTHING;
@@ -202,8 +209,13 @@ fn ray(screen: vec2<f32>, pixel: vec2<u32>) -> vec4<f32> {
                 remaining -= 1;
                 if SHADED && found.near.w + found.far.w > 0.0 {
                     if growth_is_late() {
-                        let late = late_growth(origin + direction * (0.5 * (from_t + to_t)));
-                        growths = Growths(late, late);
+                        let middle = 0.5 * (from_t + to_t);
+                        let ends = select(vec2<f32>(from_t, to_t), vec2<f32>(middle), classify_middle);
+                        growths.near = late_growth(origin + direction * ends.x);
+                        growths.far = growths.near;
+                        if !classify_middle {
+                            growths.far = late_growth(origin + direction * ends.y);
+                        }
                     }
                     found = shaded(found, u_middle, growths, 0.5 * (from_t + to_t), screen);
                 }

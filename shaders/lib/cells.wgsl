@@ -299,6 +299,36 @@ struct Trimmed {
     us: vec2<f32>,
 }
 
+// The part of a slab between its faces that lies in the cells which the field is samples of.
+fn cut_off(origin: vec3<f32>, direction: vec3<f32>, slab: Trimmed) -> Trimmed {
+    let depths = vec2<f32>(
+        depth_at(origin + direction * slab.ts.x).w,
+        depth_at(origin + direction * slab.ts.y).w,
+    );
+    let are_outside = depths < vec2<f32>(0.0);
+    if !any(are_outside) {
+        return slab;
+    }
+    // Between two faces outside may lie an edge of the cells.
+    let middle = 0.5 * (slab.ts.x + slab.ts.y);
+    let at_middle = depth_at(origin + direction * middle).w;
+    let is_edge = all(are_outside);
+    if is_edge && at_middle < 0.0 {
+        return Trimmed(slab.ts, vec2<f32>(NOTHING));
+    }
+    let to = select(slab.ts.yx, vec2<f32>(middle), is_edge);
+    let rise = select(depths.yx, vec2<f32>(at_middle), is_edge) - depths;
+    let share = -depths / select(vec2<f32>(1.0), rise, are_outside);
+    let ts = select(slab.ts, slab.ts + (to - slab.ts) * share, are_outside);
+    var us = slab.us;
+    for (var end = 0; end < 2; end++) {
+        if are_outside[end] {
+            us[end] = value(origin + direction * ts[end]).x;
+        }
+    }
+    return Trimmed(ts, us);
+}
+
 // A slab by its faces' depths and values, of which one lies outside the field, or both. One loop, so that a compiler
 // holds the search for a cell once: first places between two faces outside are looked at, as a thin part of the field may
 // lie there; then what is left on either side is halved in turns.

@@ -17,6 +17,10 @@ const OF_NAMES: u32 = 7u;
 const NAMES_REACH: i32 = 2;
 
 override growth: u32 = 2u;
+// Light falls on the border of the cells that the field is samples of.
+override lights_border: bool = false;
+// Steps from there inwards within which it does.
+const LAYER: f32 = 2.0;
 
 // At a position of a ray that goes in a direction.
 fn face(position: vec3<f32>, direction: vec3<f32>) -> Face {
@@ -40,7 +44,7 @@ fn face(position: vec3<f32>, direction: vec3<f32>) -> Face {
 
 // Whether the growth is found where something shows alone.
 fn growth_is_late() -> bool {
-    return growth == OF_NAMES;
+    return growth == OF_NAMES || lights_border;
 }
 
 // What light takes for the growth at a position of cells or ellipsoids, as stored.
@@ -186,9 +190,22 @@ fn face_by_differences(position: vec3<f32>) -> Face {
     return found;
 }
 
-// The growth, in cells of the table: of names how the border is turned of what the sample nearest to a position names
-// (`scene::shading` has the rule).
+// The growth, in cells of the table, of what is lit by how it ends (`scene::shading` has the rules).
 fn late_growth(position: vec3<f32>) -> vec3<f32> {
+    if growth == OF_NAMES {
+        return end_of_name(position);
+    }
+    // In the outermost layer of cells.
+    let inside = face_of_tents(position).gradient;
+    let depth = depth_at(position);
+    let share = max(1.0 - max(depth.w, 0.0) / LAYER, 0.0);
+    let inwards = share * shade.world_y.w * depth.xyz / max(length(depth.xyz), 1e-6);
+    // A surface and its back are lit alike.
+    return inwards + select(1.0, -1.0, dot(inwards, inside) < 0.0) * (1.0 - share) * inside;
+}
+
+// Of names: how the border is turned of what the sample nearest to a position names.
+fn end_of_name(position: vec3<f32>) -> vec3<f32> {
     let middle = nearest(position);
     let own = two(stored_index(middle)).x;
     let last = vec3<i32>(slabs.dims.xyz) - vec3<i32>(1);

@@ -4,6 +4,8 @@
 const NOTHING: f32 = -3e38;
 
 override has_holes: bool = false;
+// These are samples outside of cells, of which it is known how deep each lies in them.
+override has_depths: bool = false;
 // Samples without data have a colour and an opacity of their own.
 override holes_show: bool = false;
 // Coefficients are means, each stored beside half the width of the values about it.
@@ -72,7 +74,7 @@ struct Slabs {
 @group(0) @binding(3) var<storage, read> field2: array<u32>;
 @group(0) @binding(4) var<storage, read> field3: array<u32>;
 // Four bytes a word: for each brick the distance, in bricks, to the nearest that can show. Then,
-// where samples are without data, a bit for each sample.
+// where samples are without data, a bit for each sample, or of samples of cells a byte, how deep it lies in them.
 @group(0) @binding(5) var<storage, read> empty: array<u32>;
 // Each cell: mean red and green, blue, 16-bit fractions of 1; then 32-bit floats: the weight's growth
 // across it, and its mean. After all cells, in 32-bit floats, weight times colour, and weight,

@@ -127,8 +127,14 @@ pub fn error_within(db: f64, within: f64) -> String {
 
 /// The error of a level in dB, percent of the brightest light.
 fn percent_of(db: f64) -> String {
-    match 100.0 * 10.0_f64.powf(-db / 20.0) {
+    share_of_light(10.0_f64.powf(-db / 20.0))
+}
+
+/// A part of the brightest light, in percent: `12 %`, `3.1 %`.
+pub fn share_of_light(share: f64) -> String {
+    match 100.0 * share {
         percent if percent >= 9.95 => format!("{percent:.0} %"),
+        percent if percent < 0.05 => "< 0.1 %".to_owned(),
         percent => format!("{percent:.1} %"),
     }
 }

@@ -7,7 +7,7 @@ use super::GpuError;
 use super::buffers::Growing;
 use super::context::Context;
 use super::{cells, functions};
-use crate::cells::On;
+use crate::cells::{Depths, On};
 use crate::core::parallel;
 use crate::core::{Cancelled, Ticket};
 use crate::hierarchy::{EMPTY_BRICK, distances, widen};
@@ -68,7 +68,11 @@ pub(super) struct DeviceField {
     /// Whether half the widths of the values about means stand beside them.
     pub has_widths: bool,
     pub stored: [usize; 3],
+    /// Where samples are without data: a bit each. Of samples of cells, how deep each lies in these, a byte each, ±127 for
+    /// ±[`Depths::MOST`].
     pub holes: Option<Vec<u32>>,
+    /// What light takes for the growth at the border of the cells that it has depths in, per index.
+    pub border_strength: Option<f64>,
     /// Bricks from which samples without data are in reach, once they are asked for.
     near_holes: OnceLock<Vec<bool>>,
     /// Of positions and steps of up to a voxel from them, less `bias`.
@@ -86,8 +90,13 @@ impl DeviceField {
         coefficients: Coefficients,
         ticket: &Ticket,
     ) -> Result<Self, GpuError> {
-        let Coefficients { dims, mut values, bias, min, max, mut holes, averaged, .. } =
+        let Coefficients { dims, mut values, bias, min, max, mut holes, averaged, depths, .. } =
             coefficients;
+        let step = volume.lattice.axes().x_axis.length();
+        let border_strength = depths.as_ref().map(|depths| depths.strength * step);
+        if let Some(Depths { depths, .. }) = depths {
+            holes = Some(packed_depths(&depths));
+        }
         let encoding = kernel.functions_of(volume, ticket).map_err(|_| GpuError::Cancelled)?;
         let listed = match encoding {
             Some(encoding) => {
@@ -237,6 +246,7 @@ impl DeviceField {
             has_widths,
             stored,
             holes,
+            border_strength,
             near_holes: OnceLock::new(),
             bounds,
             bias,
@@ -250,7 +260,7 @@ impl DeviceField {
     }
 
     /// For each brick the distance to the nearest in which a position, or a step of `reach` voxels
-    /// from it, can have a value that shows, or one of `levels`; then, where samples are without data, their bits; and
+    /// from it, can have a value that shows, or one of `levels`; then what is known of samples without data; and
     /// the word at which those begin. Also which bricks show within a voxel of them.
     pub(super) fn empty_space(
         &self,
@@ -327,7 +337,9 @@ impl DeviceField {
     /// Whether samples without data are in reach of each brick, or of a step of a voxel from it; none of
     /// it where there are no such samples.
     fn near_holes(&self) -> &[bool] {
-        let Some(holes) = &self.holes else { return &[] };
+        let Some(holes) = self.holes.as_ref().filter(|_| self.border_strength.is_none()) else {
+            return &[];
+        };
         self.near_holes.get_or_init(|| {
             let bit = |i: usize| (holes[i / 32] >> (i % 32) & 1) as f32;
             let mask: Vec<f32> = (0..self.dims.iter().product()).map(bit).collect();
@@ -361,6 +373,19 @@ fn bounds(
     let bricks = dims.map(|n| n.div_ceil(EMPTY_BRICK));
     let cells = [1 + BOUNDED_REACH, EMPTY_BRICK - 1 + BOUNDED_REACH];
     Bounds::of(values, dims, weighs, (bricks, cells), ticket)
+}
+
+/// Depths in cells as bytes, four a word.
+fn packed_depths(depths: &[f32]) -> Vec<u32> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "±127, as a byte")]
+    let byte = |depth: &f32| {
+        let part = (f64::from(*depth) / Depths::MOST).clamp(-1.0, 1.0);
+        u32::from((part * 127.0).round() as i8 as u8)
+    };
+    let word = |four: &[f32]| {
+        four.iter().enumerate().fold(0, |word, (i, depth)| word | byte(depth) << (8 * i))
+    };
+    depths.chunks(4).map(word).collect()
 }
 
 /// How coarse 65 536 steps over the coefficients are: in whole numbers of whole-number data; of others

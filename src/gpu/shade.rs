@@ -181,11 +181,12 @@ impl Shade {
         }
     }
 
-    /// The shader's uniform for a field that was halved `level` times.
+    /// The shader's uniform for a field that was halved `level` times, and is taken to grow so much per index at the border of the cells
+    /// that it is samples of, if of any.
     pub(super) fn constants(
         &self,
         values: CellsOfValues,
-        level: u32,
+        (level, border_strength): (u32, Option<f64>),
         pixels_per_unit: f64,
         ray_growth: f32,
     ) -> layout::Shade {
@@ -197,9 +198,8 @@ impl Shade {
         set(&mut constants.world_x, rows.x_axis);
         set(&mut constants.world_y, rows.y_axis);
         set(&mut constants.world_z, rows.z_axis);
-        if self.variant.of_names {
-            constants.world_y[3] = narrow(self.range * values.per_value);
-        }
+        let at_ends = if self.variant.of_names { Some(self.range) } else { border_strength };
+        constants.world_y[3] = narrow(at_ends.unwrap_or(0.0) * values.per_value);
         constants.right[3] = narrow(self.radius * pixels_per_unit);
         constants.up[3] = ray_growth;
         for (place, (index, low, per_index)) in constants.places.iter_mut().zip(self.places) {

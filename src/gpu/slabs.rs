@@ -267,7 +267,8 @@ impl SlabPass {
             .collect();
         let integrated = table.emission.iter().zip(&table.depth);
         sums.extend(integrated.map(|(e, &w)| [e[0], e[1], e[2], w].map(f32::to_bits)));
-        let holes_show = field.holes.is_some() && table.no_data[3] > 0.0;
+        let has_depths = field.border_strength.is_some();
+        let holes_show = field.holes.is_some() && !has_depths && table.no_data[3] > 0.0;
         sums.extend(holes_show.then(|| table.no_data.map(f32::to_bits)));
         let (offset, scale) = (field.offset, field.scale);
         let coordinate = [
@@ -390,7 +391,8 @@ impl SlabPass {
             Some(shade) => {
                 let growth = constants.up[3];
                 let (values, pixels) = (table.values, view.pixels_per_unit);
-                let constants = shade.constants(values, field.level, pixels, growth);
+                let of_field = (field.level, field.border_strength);
+                let constants = shade.constants(values, of_field, pixels, growth);
                 let buffer = self.shade.get_or_insert_with(|| {
                     use wgpu::BufferUsages as Usage;
                     let size = size_of::<layout::Shade>() as u64;
@@ -439,6 +441,7 @@ impl SlabPass {
             ("format", format),
             ("one_chunk", flag(field.chunks.len() == 1)),
             ("has_holes", flag(field.holes.is_some())),
+            ("has_depths", flag(field.border_strength.is_some())),
             ("holes_show", flag(table.holes_show)),
             ("has_widths", flag(field.has_widths)),
             ("multiquadric", flag(matches!(field.functions, Some((_, Basis::Multiquadric))))),
@@ -456,6 +459,8 @@ impl SlabPass {
         }
         if let Some(shade) = &looks.shade {
             constants.extend(shade.constants());
+            let is_late = shade.of_borders && field.border_strength.is_some();
+            constants.push(("lights_border", flag(is_late)));
             constants.push(match settings.kernel {
                 Kernel::BSpline if is_natural => ("growth", 0.0),
                 Kernel::Ellipsoids if shade.of_borders => ("growth", 6.0),

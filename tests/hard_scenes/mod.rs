@@ -10,6 +10,7 @@
 mod geometry;
 mod kernels;
 mod mode_values;
+mod quick;
 pub(crate) mod scenes;
 mod values;
 

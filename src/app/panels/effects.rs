@@ -138,7 +138,7 @@ fn rows_ui(ui: &mut Ui, rows: &[Row], why_width: f32) {
             ),
             (
                 "Changes",
-                "How near the picture without it is to this one: the fewer dB, the more it changes",
+                "How far the picture without it is from this one, in percent of the brightest light",
             ),
             ("Memory", "How much more memory drawing takes with it than without"),
         ] {
@@ -186,8 +186,11 @@ fn row_ui(ui: &mut Ui, row: &Row, why_width: f32) {
         Change::Unknown => ("–".to_owned(), None),
         Change::Rmse(0.0) => ("the same".to_owned(), None),
         Change::Rmse(rmse) => {
-            let detail = format!("RMSE {rmse:.2e} in linear light");
-            (words::decibels(-20.0 * rmse.log10()), Some(detail))
+            let detail = format!(
+                "RMSE {rmse:.2e} in linear light, {}",
+                words::decibels(-20.0 * rmse.log10())
+            );
+            (words::share_of_light(rmse), Some(detail))
         }
     };
     let change = ui.label(RichText::new(change).color(colour));

@@ -112,7 +112,8 @@ impl Renderer {
         let shade = self.sample_shade();
         let values = self.volume.as_ref().map_or_else(Default::default, |v| v.samples.values());
         let growth = view.eye_distance.map_or(0.0, |eye| (1.0 / eye) as f32);
-        let shade = shade.map(|shade| shade.constants(values, 0, view.pixels_per_unit, growth));
+        let shade =
+            shade.map(|shade| shade.constants(values, (0, None), view.pixels_per_unit, growth));
         self.gathering.write_shade(&self.context, shade);
     }
 
