@@ -48,7 +48,8 @@ fn volumes() -> Vec<PathBuf> {
         let path = entry["path"].as_str().unwrap_or_default();
         let dims = entry["dims"].as_array().map_or(&[][..], Vec::as_slice);
         let kind = entry["kind"].as_str().unwrap_or_default();
-        let is_grid = ["grid", "rectilinear", "curvilinear"].contains(&kind)
+        let is_grid = ["grid", "rectilinear", "curvilinear", "stack", "dicom-series"]
+            .contains(&kind)
             && dims.len() == 3
             && dims.iter().all(|n| n.as_u64() >= Some(8));
         // Meshes of a hundred cells or more.
@@ -56,7 +57,7 @@ fn volumes() -> Vec<PathBuf> {
             && entry["n_cells"].as_u64() >= Some(100)
             && entry["total_volume_all_3d_cells"].as_f64().is_some_and(|v| v.abs() > 1e-9)
             && entry["arrays"].as_array().is_some_and(|arrays| !arrays.is_empty());
-        !path.contains("malformed") && (is_grid || is_mesh)
+        !path.contains("malformed") && (is_grid || is_mesh || kind == "points")
     };
     let entries = manifest["datasets"].as_array().unwrap();
     let paths = entries.iter().filter(is_one).filter_map(|entry| entry["path"].as_str());

@@ -326,7 +326,7 @@ impl Window {
             }
             let is_on = scene.inside.clip.bounds.is_some();
             self.show_section(ctx, CLIP);
-            if is_on && !is_tight {
+            if is_on {
                 self.offer_to_fit("The clip box reaches beyond this view");
             }
         }

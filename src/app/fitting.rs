@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::actions::Action;
 use super::camera_control;
 use super::window::Window;
-use crate::scene::{Annotation, Annotations, NamedView, View};
+use crate::scene::{Annotation, Annotations, ClipBox, NamedView, View};
 use crate::task::annotations::beside_bars;
 
 impl Window {
@@ -33,7 +33,8 @@ impl Window {
         }
     }
 
-    /// Offers to show all, where a part of the volume's box lies beside the picture: what was switched on reaches as far.
+    /// Offers to show all, where a part of the volume's box, or of what is left of it by a clip box, lies beside the picture: what was
+    /// switched on reaches as far.
     pub(super) fn offer_to_fit(&mut self, sentence: &str) {
         // A view of everything that nobody has moved takes it in by itself.
         let Some(scene) = self.scene.as_ref().filter(|_| self.unmoved_view().is_none()) else {
@@ -41,10 +42,11 @@ impl Window {
         };
         let (view, size) =
             (View::new(scene, self.viewport_size), self.viewport_size.map(f64::from));
-        let last = DVec3::from(scene.lattice().dims.map(|n| n as f64 - 1.0));
+        let left = scene.inside.clip.bounds.unwrap_or(ClipBox::WHOLE);
+        let [low, high] = left.in_index(scene.lattice().dims);
         let is_beside = |corner: u32| {
             let share = |axis: u32| f64::from(corner >> axis & 1);
-            let at = DVec3::new(share(0), share(1), share(2)) * last;
+            let at = low + (high - low) * DVec3::new(share(0), share(1), share(2));
             let is_in =
                 |at: DVec2| (0.0..=size[0]).contains(&at.x) && (0.0..=size[1]).contains(&at.y);
             !view.point_on_picture(at).is_some_and(is_in)

@@ -13,6 +13,8 @@ use crate::task::engine::{Effort, FrameRequest};
 pub const REST_AFTER_SECS: f64 = 0.12;
 /// The same after a hand has let go, which has ended its movement; wheels and keys end none.
 const REST_AFTER_RELEASE_SECS: f64 = 0.04;
+/// And how much longer while a hand holds it still, and looks.
+const HELD_SECS: f64 = 0.4;
 /// How long a pass may wait for the picture of the change it has just posted.
 ///
 /// A pass of the interface costs as much as a coarse picture on a software adapter, so while the
@@ -26,6 +28,11 @@ const REPAINT_AT_REST: Duration = Duration::from_millis(50);
 /// Share of the time between two animated pictures that drawing one may take: the rest is the
 /// interface's.
 const ANIMATION_SHARE: f64 = 0.75;
+/// The same where full quality is asked for: more than any takes.
+const FULL_ANIMATION_MS: f64 = 60_000.0;
+/// What drawing one may take in any case, milliseconds, while no hand moves the view: in less, on two cores, marks run into one another
+/// (the carotid's beside its vessels, 1065 × 817: a fog in 33 ms, streaks in 80).
+const LEAST_ANIMATION_MS: f64 = 80.0;
 
 /// What the next pass should do.
 #[derive(Debug, Default)]
@@ -87,7 +94,7 @@ impl Pacing {
             return self.post(
                 scene,
                 size,
-                self.effort_while_moving(scene, settings),
+                self.effort_while_moving(scene, settings, held),
                 now_secs + REST_AFTER_SECS,
             );
         }
@@ -95,22 +102,19 @@ impl Pacing {
         if std::mem::replace(&mut self.was_held, held) && !held {
             self.rests_at_secs = self.rests_at_secs.min(now_secs + REST_AFTER_RELEASE_SECS);
         }
-        let settled = !moving || (!held && now_secs >= self.rests_at_secs);
+        let rests_at_secs = self.rests_at_secs + if held { HELD_SECS } else { 0.0 };
+        let settled = !moving || now_secs >= rests_at_secs;
         let effort = if settled {
             self.effort_at_rest(scene, settings)
         } else {
-            self.effort_while_moving(scene, settings)
+            self.effort_while_moving(scene, settings, held)
         };
         if posted.effort != effort {
             let rests_at_secs = self.rests_at_secs;
             return self.post(scene, size, effort, rests_at_secs);
         }
-        // While held, the release of the button brings the next pass.
-        let waiting = moving && !held;
-        Decision {
-            post: None,
-            again_in_secs: waiting.then_some((self.rests_at_secs - now_secs).max(0.0)),
-        }
+        let again_in_secs = moving.then_some((rests_at_secs - now_secs).max(0.0));
+        Decision { post: None, again_in_secs }
     }
 
     /// Whether the last request was for a moving view.
@@ -164,16 +168,18 @@ impl Pacing {
         effort
     }
 
-    fn effort_while_moving(&self, scene: &Scene, settings: &Settings) -> Effort {
+    fn effort_while_moving(&self, scene: &Scene, settings: &Settings, held: bool) -> Effort {
+        let animated = self.animation_ms.map_or(0.0, |ms| ms * ANIMATION_SHARE);
         match settings.effort_while_moving() {
             Effort::Rest { .. } if self.animation_ms.is_none() => {
                 self.effort_at_rest(scene, settings)
             }
-            // An animation never ends: it is drawn by what keeps up with it.
-            Effort::Rest { budget_ms, .. } | Effort::Moving { budget_ms } => {
-                let animated = self.animation_ms.map_or(0.0, |ms| ms * ANIMATION_SHARE);
-                Effort::Moving { budget_ms: budget_ms.max(animated) }
+            // An animation never ends: each of its pictures is one of a moving view, however long it takes.
+            Effort::Rest { .. } => Effort::Moving { budget_ms: FULL_ANIMATION_MS },
+            Effort::Moving { budget_ms } if self.animation_ms.is_some() && !held => {
+                Effort::Moving { budget_ms: budget_ms.max(animated).max(LEAST_ANIMATION_MS) }
             }
+            Effort::Moving { budget_ms } => Effort::Moving { budget_ms: budget_ms.max(animated) },
         }
     }
 
@@ -322,7 +328,8 @@ mod tests {
         let moved = pacing.decide(&scene, [10, 10], &settings, 1.0, true);
         assert_eq!(effort(&moved), Some(settings.effort_while_moving()));
         let held = pacing.decide(&scene, [10, 10], &settings, 1.01, true);
-        assert!(held.post.is_none() && held.again_in_secs.is_none(), "still held: {held:?}");
+        let wait = held.again_in_secs.unwrap();
+        assert!(held.post.is_none() && (wait - 0.51).abs() < 1e-9, "still held: {held:?}");
         let released = pacing.decide(&scene, [10, 10], &settings, 1.02, false);
         assert!(released.post.is_none());
         let wait = released.again_in_secs.unwrap();
@@ -331,6 +338,43 @@ mod tests {
         assert_eq!(effort(&released), Some(settings.effort_at_rest()));
         let idle = pacing.decide(&scene, [10, 10], &settings, 9.0, false);
         assert!(idle.post.is_none() && idle.again_in_secs.is_none(), "{idle:?}");
+    }
+
+    #[test]
+    fn a_view_that_is_held_still_for_long_rests_until_it_is_moved_on() {
+        let (mut pacing, mut scene, settings) = (Pacing::default(), scene(), Settings::default());
+        let decide = |pacing: &mut Pacing, scene: &Scene, secs| {
+            effort(&pacing.decide(scene, [10, 10], &settings, secs, true))
+        };
+        pacing.decide(&scene, [10, 10], &settings, 0.0, false);
+        for (moved_at, looks_at) in [(1.0, 1.53), (2.0, 2.53)] {
+            scene.camera = scene.camera.orbited(0.1, 0.0);
+            let moving = Some(settings.effort_while_moving());
+            assert_eq!(decide(&mut pacing, &scene, moved_at), moving);
+            assert_eq!(decide(&mut pacing, &scene, looks_at - 0.03), None);
+            assert_eq!(decide(&mut pacing, &scene, looks_at), Some(settings.effort_at_rest()));
+        }
+        let released = pacing.decide(&scene, [10, 10], &settings, 3.0, false);
+        assert!(released.post.is_none() && released.again_in_secs.is_none(), "{released:?}");
+    }
+
+    #[test]
+    fn what_plays_has_time_for_its_marks_unless_a_hand_moves_it() {
+        let budget = |settings: &Settings, held: bool| {
+            let (mut pacing, mut scene) = (Pacing::default(), scene());
+            pacing.decide(&scene, [10, 10], settings, 0.0, false);
+            pacing.set_animation(Some(50.0));
+            scene.phase = 0.3;
+            match effort(&pacing.decide(&scene, [10, 10], settings, 1.0, held)) {
+                Some(Effort::Moving { budget_ms }) => budget_ms,
+                other => panic!("{other:?}"),
+            }
+        };
+        let settings = Settings::default();
+        assert_eq!(budget(&settings, false), LEAST_ANIMATION_MS);
+        assert_eq!(budget(&settings, true), settings.budget_ms.max(37.5));
+        let full = Settings { full_quality_while_moving: true, ..settings };
+        assert_eq!([true, false].map(|held| budget(&full, held)), [FULL_ANIMATION_MS; 2]);
     }
 
     #[test]

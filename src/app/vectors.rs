@@ -220,6 +220,9 @@ impl Window {
                         let mut alone = opening;
                         alone.show_splats(false);
                         scene.add(source, alone);
+                        self.notices.hint(
+                            "The vectors are shown as lines alone: more Opacity, under Vectors, shows their splats, too",
+                        );
                     }
                     None => {
                         let field = Arc::clone(&opening.field);

@@ -348,22 +348,38 @@ fn recognise_folder(path: &Path) -> Result<Format, Problem> {
     if !images::pictures(path)?.is_empty() {
         return Ok(Format::Images);
     }
-    let found = match files_by_name(path).as_slice() {
-        [] => "a folder without DICOM files, pictures or Zarr metadata".into(),
-        names => format!("a folder of other files, such as {}", names.join(", ")),
+    let files = files_by_name(path);
+    let is_volume = |name: &&String| {
+        !matches!(recognise(&path.join(name)), Err(_) | Ok(Format::Raw | Format::Table))
+    };
+    let volumes: Vec<String> = files.iter().take(LOOKED_AT).filter(is_volume).cloned().collect();
+    let found = match (told(&volumes), files.is_empty()) {
+        (Some(volumes), _) => format!("a folder that holds {volumes}"),
+        (None, true) => "a folder without DICOM files, pictures or Zarr metadata".into(),
+        (None, false) => {
+            format!("a folder of other files, such as {}", told(&files).unwrap_or_default())
+        }
     };
     Err(Problem::NotAFile { found })
 }
 
-/// The first names of a folder's files, in their order; as many as a sentence has room for.
-fn files_by_name(folder: &Path) -> Vec<String> {
+/// Files of a folder that are looked into.
+const LOOKED_AT: usize = 500;
+
+/// As many names as a sentence has room for; `None` of none.
+fn told(names: &[String]) -> Option<String> {
     const TOLD: usize = 3;
+    let some = &names[..names.len().min(TOLD)];
+    (!some.is_empty()).then(|| some.join(", "))
+}
+
+/// The names of a folder's files, in order.
+fn files_by_name(folder: &Path) -> Vec<String> {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let files = files.filter(|entry| entry.path().is_file());
     let mut names: Vec<String> =
         files.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
     names.sort_unstable();
-    names.truncate(TOLD);
     names
 }
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use voxsplat::accuracy::Difference;
 use voxsplat::core::Ticket;
 use voxsplat::plan::SlabField;
-use voxsplat::scene::{Lighting, SampleSource, opening};
+use voxsplat::scene::{Lighting, SampleSource, framing_camera, opening};
 use voxsplat::task::draw::Rung;
 use voxsplat::volume::{Component, demo};
 
@@ -28,7 +28,7 @@ fn tents_of_cells_end_where_these_do_and_are_lit_as_these_are() {
     scene.shading.lighting = Some(Lighting::first_look());
     scene.transfer_mut().expect("a field").opacity = vec![(-0.05, 0.9), (1.0, 0.9)];
     // So near its border that a sample is several pixels wide.
-    scene.camera.direction = DVec3::new(-0.4, 0.8, -0.45).normalize();
+    scene.camera = framing_camera(&scene.lattice(), DVec3::new(-0.4, 0.8, -0.45), DVec3::Z);
     scene.camera.focal_point = DVec3::X * 0.7;
     scene.camera.parallel_scale = 0.3;
     let (exact, _) = drawn(&mut drawer, &scene, SIDES, Rung::Full);

@@ -121,8 +121,20 @@ fn a_file_that_may_not_be_read_and_a_pipe_are_named() {
 }
 
 #[test]
+fn a_folder_is_refused_with_the_names_of_the_volumes_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    put("a.1", "\0\u{1}");
+    put("b.md", "hello");
+    assert_eq!(fault(&error_of(folder.path()), &["a folder of other files", "a.1, b.md"]), None);
+    put("z.nhdr", "NRRD0004\n");
+    assert_eq!(fault(&error_of(folder.path()), &["a folder that holds z.nhdr;"]), None);
+}
+
+#[test]
 fn content_that_no_reader_knows_is_named_where_it_is_well_known() {
-    says("a.txt", "hello", &["a table of points", "\"hello\""]);
+    says("a.txt", "hello", &["a volume", "a text without a number", "\"hello\""]);
+    says("a.txt", "hello 7", &["a table of points", "\"hello 7\""]);
     says("a.md", "hello", &["found a text file"]);
     says("a.md", b"hello\x01", &["hello", "--raw-dims"]);
     says("a.md", b"caf\xe9 au lait", &["--raw-dims"]);

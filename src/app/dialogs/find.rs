@@ -9,7 +9,7 @@ use super::{Outcome, TextLine, modal};
 use crate::app::theme;
 
 /// What other programs call things, and what they are called here.
-const ALSO_CALLED: [(&str, &str); 46] = [
+const ALSO_CALLED: [(&str, &str); 49] = [
     ("3d", "rendering"),
     ("alpha", "opacity"),
     ("ambient", "lights"),
@@ -38,12 +38,14 @@ const ALSO_CALLED: [(&str, &str); 46] = [
     ("interpolation", "kernel"),
     ("legend", "scalar bar"),
     ("lookup", "colours"),
+    ("loop", "animation"),
     ("lut", "colours"),
     ("mesh", "polygons"),
     ("movie", "animation"),
     ("mpr", "slice"),
     ("orthogonal", "slice"),
     ("palette", "colours"),
+    ("property", "transfer"),
     ("resample", "slabs"),
     ("ruler", "scale bar"),
     ("sagittal", "slice"),
@@ -54,6 +56,7 @@ const ALSO_CALLED: [(&str, &str); 46] = [
     ("step", "slabs"),
     ("threshold", "isosurface"),
     ("threshold", "opacity"),
+    ("tracer", "streamlines"),
     ("transparent", "opacity"),
     ("wireframe", "slice"),
 ];
@@ -81,8 +84,8 @@ pub struct Findable<T> {
 }
 
 impl<T> Findable<T> {
-    /// How far it is from what was asked for, in words of lower case; `None` where it is something else.
-    fn distance(&self, words: &[String]) -> Option<usize> {
+    /// How far it is from a word that was asked for, of lower case; `None` where it is something else.
+    fn distance(&self, word: &str) -> Option<usize> {
         let name = self.name.to_lowercase();
         let place = self.place.to_lowercase();
         let texts = [&name, &place, &self.help.to_lowercase()];
@@ -95,12 +98,15 @@ impl<T> Findable<T> {
             () if begins(&place, word) => Some(2),
             () => texts.iter().position(|text| text.contains(word)).map(|which| which + 3),
         };
-        let of_word = |word: &String| {
-            let called = ALSO_CALLED.iter().filter(|(other, _)| other.starts_with(&**word));
-            let called = called.filter(|_| word.len() > 2).filter_map(|(_, ours)| of_one(ours));
-            of_one(word).into_iter().chain(called.map(|found| found + 1)).min()
-        };
-        words.iter().map(of_word).sum()
+        let called = ALSO_CALLED.iter().filter(|(other, _)| other.starts_with(word));
+        let called = called.filter(|_| word.len() > 2).filter_map(|(_, ours)| of_one(ours));
+        of_one(word).into_iter().chain(called.map(|found| found + 1)).min()
+    }
+
+    /// How many of several words it has nothing of, and how far it is from the others; `None` where it has nothing of any.
+    fn distance_to_some(&self, words: &[String]) -> Option<(usize, usize)> {
+        let found: Vec<usize> = words.iter().filter_map(|word| self.distance(word)).collect();
+        (!found.is_empty()).then(|| (words.len() - found.len(), found.iter().sum()))
     }
 }
 
@@ -110,9 +116,16 @@ fn found<T>(all: &[Findable<T>], asked: &str) -> Vec<usize> {
     let places = all.iter().enumerate();
     // What can do nothing now comes last.
     let key = |(i, one): (usize, &Findable<T>)| {
-        Some((one.refusal.is_some() && !words.is_empty(), one.distance(&words)?, i))
+        let distance = match words.is_empty() {
+            true => (0, 0),
+            false => one.distance_to_some(&words)?,
+        };
+        Some((one.refusal.is_some() && !words.is_empty(), distance, i))
     };
-    let mut found: Vec<(bool, usize, usize)> = places.filter_map(key).collect();
+    let mut found: Vec<(bool, (usize, usize), usize)> = places.filter_map(key).collect();
+    // What has all words, or as many as anything has.
+    let least = found.iter().map(|(_, (missing, _), _)| *missing).min();
+    found.retain(|(_, (missing, _), _)| Some(*missing) == least);
     found.sort_unstable();
     found.into_iter().map(|(_, _, i)| i).collect()
 }
@@ -238,7 +251,9 @@ mod tests {
         assert_eq!(names("box"), ["Clip box", "Axes"]);
         assert_eq!(names("Crop"), ["Clip box", "Add clip plane"]);
         assert_eq!(names("contour"), ["Isosurface"]);
-        assert_eq!(names("color map"), Vec::<&str>::new());
+        // Where nothing has all words, what has most of them.
+        assert_eq!(names("color map"), ["Colours"]);
+        assert_eq!(names("volume clip property"), ["Clip box"]);
         assert_eq!(names("color value"), ["Colours"]);
         assert_eq!(names("add plane"), ["Add clip plane"]);
         assert_eq!(names("colormap"), ["Colours"]);

@@ -19,7 +19,7 @@ const fn place(section: &'static str, name: &'static str, help: &'static str) ->
 }
 
 /// In the order of the side panel, without what is a command, too.
-pub const PLACES: [Place; 40] = [
+pub const PLACES: [Place; 47] = [
     place(DATA, "Dimensions", "How many samples the volume has along each axis"),
     place(DATA, "Range", "The least and the greatest value of the data"),
     place(DATA, "Spacing", "How far samples are apart, in the file's units"),
@@ -27,6 +27,9 @@ pub const PLACES: [Place; 40] = [
     place(VECTORS, "Speed", "How fast the marks of vectors move along the flow"),
     place(VECTORS, "Phase", "How far the marks have moved: the animation, by hand"),
     place(VECTORS, "Pictures a second", "How often an animation is drawn at most"),
+    place(VECTORS, "Save loop…", "The animation as a GIF or a series of pictures"),
+    place(VECTORS, "Visible from", "Shorter vectors are transparent"),
+    place(VECTORS, "Opaque from", "Vectors of this length have the greatest opacity"),
     place(
         VECTORS,
         "Mode",
@@ -44,6 +47,13 @@ pub const PLACES: [Place; 40] = [
     place(TRANSFER, "Opacity", "The curve of opacities over the histogram; drag its points"),
     place(TRANSFER, "Gaussians", "Opacities as bells that are moved and widened"),
     place(TRANSFER, "Boundaries", "Regions: opacities by value and gradient strength at once"),
+    place(TRANSFER, "Percentiles", "Which part of the values is left out at either end"),
+    place(
+        TRANSFER,
+        "Rescale to",
+        "Stretch colours and opacities over the full range or percentiles",
+    ),
+    place(TRANSFER, "Copy, save", "Take a transfer function to another file"),
     place(TRANSFER, "Log", "The histogram's counts by their logarithm"),
     place(SHADING, "Preset", "None, lights, surface or cloud"),
     place(SHADING, "Lights", "Where light comes from, and its colour"),
@@ -60,12 +70,13 @@ pub const PLACES: [Place; 40] = [
     place(SPLATS, "Slabs per voxel", "How finely rays are cut: accuracy against time"),
     place(FUNCTIONS, "Encode", "Write the data as a few hundred basis functions"),
     place(VIEW, "Projection", "Parallel rays (orthographic) or perspective"),
-    place(VIEW, "Background", "The colour behind the volume"),
+    place(VIEW, "Background", "The colour behind the volume: black, white, another or none"),
     place(VIEW, "Turning", "Turntable or trackball"),
     place(VIEW, "Up axis", "Which axis of the data points up"),
     place(VIEW, "Annotations", "Scalar bar, scale bar, axes, trihedron"),
     place(VIEW, "While moving", "How long a picture may take while the view moves: usual choices"),
     place(VIEW, "Frame budget", "How long a picture may take while the view moves"),
+    place(VIEW, "Full quality while moving", "Draw up to full quality even while the hand moves"),
     place(
         VIEW,
         "Advanced refinement",

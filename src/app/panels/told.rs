@@ -301,9 +301,9 @@ fn error_words(shown: &Shown) -> String {
              counts as converged: less than half a step of a display (0.2 %). {level}"
         ),
         false => {
-            let state = match doubled.left_ms > 0.0 {
+            let state = match report.progress < 1.0 {
                 true => "Still being refined",
-                false => "Not refined to the end",
+                false => "Not refined any further",
             };
             format!(
                 "{state}: with {slabs} instead of half as many some pixel changed by {change} of full brightness. {level}"
