@@ -2,8 +2,8 @@
 
 use eframe::egui::style::{HandleShape, ScrollStyle};
 use eframe::egui::{
-    Color32, Context, CornerRadius, FontFamily, FontId, Margin, Shadow, Stroke, Style, TextStyle,
-    Theme, vec2,
+    Color32, Context, CornerRadius, FontData, FontFamily, FontId, FontInsert, FontPriority,
+    InsertFontFamily, Margin, Shadow, Stroke, Style, TextStyle, Theme, vec2,
 };
 
 /// Behind the panels.
@@ -44,6 +44,12 @@ pub const ROW_SPACING: f32 = 6.0;
 pub fn apply(ctx: &Context) {
     ctx.set_theme(Theme::Dark);
     ctx.style_mut_of(Theme::Dark, dress);
+    // The colour picker's button to copy has a picture that the fonts of words do not have.
+    ctx.add_font(FontInsert::new(
+        "pictures",
+        FontData::from_static(epaint_default_fonts::EMOJI_ICON),
+        vec![InsertFontFamily { family: FontFamily::Proportional, priority: FontPriority::Lowest }],
+    ));
 }
 
 fn dress(style: &mut Style) {

@@ -321,8 +321,16 @@ pub(super) fn colours(text: &str) -> Parsed<List<Stop>> {
 }
 
 pub(super) fn colour(text: &str) -> Parsed<Srgb8> {
-    Srgb8::parse(text)
-        .ok_or_else(|| format!("expected a colour RRGGBB such as ff8000, found {}", found(text)))
+    match text {
+        "white" => Ok(Srgb8([255; 3])),
+        "black" => Ok(Srgb8::BLACK),
+        _ => Srgb8::parse(text).ok_or_else(|| {
+            format!(
+                "expected a colour RRGGBB such as ff8000, black or white, found {}",
+                found(text)
+            )
+        }),
+    }
 }
 
 pub(super) fn one_of<T>(
@@ -405,6 +413,13 @@ pub(super) fn adapter(text: &str) -> Parsed<AdapterChoice> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn black_and_white_are_colours_by_name() {
+        assert_eq!(colour("white"), colour("ffffff"));
+        assert_eq!(colour("black"), colour("000000"));
+        assert!(colour("whitish").is_err_and(|told| told.contains("black or white")));
+    }
 
     #[test]
     fn steps_keep_their_order_and_lists_out_of_order_are_refused() {
