@@ -235,7 +235,7 @@ mod tests {
     fn marks_are_a_colour_or_mapped() {
         assert_eq!(marks("mapped"), Ok(Marks(None)));
         assert_eq!(marks("ff8000"), Ok(Marks(Some(Srgb8([255, 128, 0])))));
-        let refused = marks("white").unwrap_err();
+        let refused = marks("whitish").unwrap_err();
         assert!(refused.contains("found") && refused.contains("mapped"), "{refused}");
     }
 

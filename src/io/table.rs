@@ -55,8 +55,11 @@ pub(super) fn refusal(start: &[u8]) -> Problem {
     let is_number = |word: &str| word.parse::<f64>().is_ok();
     let words = |c: char| !c.is_alphanumeric() && !"+-.".contains(c);
     if !text.split(words).any(is_number) {
-        let name = format!("a text without a number, which begins with {}", quoted(first));
-        return Problem::Foreign { name };
+        return unrecognised(
+            "a volume, or a table of points",
+            format!("a text without a number, which begins with {}", quoted(first)),
+            "open a file of one of the formats that are read",
+        );
     }
     let (is_header, second) = (Separator::of(first).words(first).len() >= 3, lines.next());
     if let (true, None) = (is_header, second) {

@@ -8,6 +8,7 @@ use voxsplat::core::Ticket;
 use voxsplat::plan::SlabField;
 use voxsplat::scene::{Lighting, SampleSource, framing_camera, opening};
 use voxsplat::task::draw::Rung;
+use voxsplat::transfer::{ColourMap, ColourSource, TransferFunction};
 use voxsplat::volume::{Component, demo};
 
 use super::*;
@@ -15,18 +16,21 @@ use crate::support::{drawer, drawn};
 
 const SIDES: [u32; 2] = [72, 60];
 
-/// Tents through samples of cells. Measured by the command line, demo:mesh:16, 216 × 180, 2026-11-30: 0.0106 from the cells themselves,
-/// native; 0.08 where tents end with the samples that lie in cells.
+/// Tents through samples of cells about two of these wide, as of all that are too many to be drawn themselves. Measured, native,
+/// 2026-11-30: 0.013 from the cells themselves; 0.138 where tents end with the samples that lie in cells.
 #[test]
 fn tents_of_cells_end_where_these_do_and_are_lit_as_these_are() {
     let Some(mut drawer) = drawer() else { return };
-    let grid = demo::open("demo:mesh:5", None).expect("a demo");
+    let grid = demo::open("demo:mesh:14", None).expect("a demo");
     let field = grid.field(None).expect("a field");
     let volume = grid.scalar(field, Component::Index(0), &Ticket::new()).expect("a volume");
     let mut scene = opening(SampleSource::default(), Arc::new(volume), None);
     scene.splat = SplatSettings::CELLS;
     scene.shading.lighting = Some(Lighting::first_look());
-    scene.transfer_mut().expect("a field").opacity = vec![(-0.05, 0.9), (1.0, 0.9)];
+    // As bright wherever it is, so that light is what is seen.
+    let colour = ColourSource::Map { map: ColourMap::Gray, range: [-9.0, 1.0] };
+    let opaque = vec![(-0.05, 0.9), (1.0, 0.9)];
+    *scene.transfer_mut().expect("a field") = TransferFunction::of(opaque, colour);
     // So near its border that a sample is several pixels wide.
     scene.camera = framing_camera(&scene.lattice(), DVec3::new(-0.4, 0.8, -0.45), DVec3::Z);
     scene.camera.focal_point = DVec3::X * 0.7;
@@ -42,5 +46,5 @@ fn tents_of_cells_end_where_these_do_and_are_lit_as_these_are() {
     let (samples, _) = drawn(&mut drawer, &samples, SIDES, Rung::Full);
     let [of_border, of_samples] = [apart(&quick), apart(&samples)];
     println!("measured {of_border} {of_samples}");
-    assert!(of_border < 0.02 && of_border < 0.4 * of_samples, "{of_border} {of_samples}");
+    assert!(of_border < 0.02 && of_border < 0.2 * of_samples, "{of_border} {of_samples}");
 }
