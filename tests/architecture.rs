@@ -109,7 +109,7 @@ const OUTSIDE: [(&str, &[&str]); 23] = [
     ("plotters", &["cli"]),
     // Words in pictures, without a window.
     ("ab_glyph", &["task"]),
-    ("epaint_default_fonts", &["task", "cli"]),
+    ("epaint_default_fonts", &["app", "task", "cli"]),
     // One constant: pipes are opened without waiting.
     ("libc", &["task"]),
     ("image", &["io", "task", "app", "cli"]),
