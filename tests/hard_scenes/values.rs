@@ -317,12 +317,13 @@ fn things() -> Scene {
     scene
 }
 
-/// Measured, native: see below.
+/// Measured, 2026-11-30: native max 3.9e-4, rmse 3.2e-5, bias -4.8e-6; llvmpipe 4.0e-4, 8.8e-5, -3.0e-5.
 #[test]
 fn things_that_numbers_name_are_lit_where_they_end() {
     let Some(mut drawer) = drawer() else { return };
     let scene = things();
-    assert_none(held(&mut drawer, "names", &scene, super::EXACT));
+    let within = Within { bias: 4e-5, ..super::EXACT };
+    assert_none(held(&mut drawer, "names", &scene, within));
     let mut by_table = scene.clone();
     // What looks the gradient up has the steps' own.
     by_table.shading.modulation =
