@@ -52,6 +52,14 @@ pub(super) fn refusal(start: &[u8]) -> Problem {
     let text = String::from_utf8_lossy(start);
     let mut lines = text.lines().filter(|line| !is_comment(line));
     let first = lines.next().unwrap_or_default().trim_start_matches('\u{feff}');
+    let (is_header, second) = (Separator::of(first).words(first).len() >= 3, lines.next());
+    if let (true, None) = (is_header, second) {
+        return unrecognised(
+            "a table of points, one a line below the names of its columns",
+            format!("the line {} alone", quoted(first)),
+            "write the file again with its rows",
+        );
+    }
     let is_number = |word: &str| word.parse::<f64>().is_ok();
     let words = |c: char| !c.is_alphanumeric() && !"+-.".contains(c);
     if !text.split(words).any(is_number) {
@@ -59,14 +67,6 @@ pub(super) fn refusal(start: &[u8]) -> Problem {
             "a volume, or a table of points",
             format!("a text without a number, which begins with {}", quoted(first)),
             "open a file of one of the formats that are read",
-        );
-    }
-    let (is_header, second) = (Separator::of(first).words(first).len() >= 3, lines.next());
-    if let (true, None) = (is_header, second) {
-        return unrecognised(
-            "a table of points, one a line below the names of its columns",
-            format!("the line {} alone", quoted(first)),
-            "write the file again with its rows",
         );
     }
     let found = match second {
