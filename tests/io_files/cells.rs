@@ -792,7 +792,7 @@ fn tables_without_rows_or_places_say_what_is_missing() {
     says(
         "a.csv",
         "x,y,z,t\na,b,c,d\n",
-        &["three numbers or more", "\"a,b,c,d\" below \"x,y,z,t\""],
+        &["a table of points", "a text without a number", "\"x,y,z,t\""],
     );
     says(
         "a.csv",
