@@ -30,8 +30,9 @@ override region_count: u32 = 0u;
 
 struct Shade {
     // Rows: world gradient, data units per world unit, of one in index space in cells of the slab
-    // table. w: of the first, 1 over the strength below which it has no direction; of the second, what light takes for
-    // the growth where cells end, or how far apart numbers that name things are at most; of the last, 1 over the weight by value where opacities have another index.
+    // table. w: of the first, 1 over the strength below which it has no direction; of the second, what light
+    // takes for the growth where cells end, or how far apart numbers that name things are at most; of the last, 1 over
+    // the weight by value where opacities have another index.
     world_x: vec4<f32>,
     world_y: vec4<f32>,
     world_z: vec4<f32>,
