@@ -31,7 +31,7 @@ const ANIMATION_SHARE: f64 = 0.75;
 /// The same where full quality is asked for: more than any takes.
 const FULL_ANIMATION_MS: f64 = 60_000.0;
 /// What drawing one may take in any case, milliseconds, while no hand moves the view: in less, on two cores, marks run into one another
-/// (the carotid's beside its vessels, 1065 × 817: a fog in 33 ms, streaks in 83).
+/// (the carotid's, its volume faded, 1065 × 817: a fog in 33 ms, streaks in 83).
 const LEAST_ANIMATION_MS: f64 = 80.0;
 
 /// What the next pass should do.
