@@ -170,8 +170,13 @@ fn ladder(scene: &Scene) -> (f64, f64) {
         // A camera of its own each time: nothing is left over from the last.
         let camera = scene.camera.orbited(turned, 0.0);
         let scene = Scene { camera, ..scene.clone() };
-        let effort =
-            Effort::Rest { budget_ms: 20.0, ladder, show_partial: false, converge_ms: 0.0 };
+        let effort = Effort::Rest {
+            budget_ms: 20.0,
+            ladder,
+            show_partial: false,
+            converge_ms: 0.0,
+            smooth_edges: false,
+        };
         let start = Instant::now();
         engine.request(FrameRequest { scene, size: VIEWPORT, effort });
         loop {

@@ -76,8 +76,13 @@ fn turned(path: &Path) {
         }
     };
     let budget_ms = 20.0;
-    let rest =
-        Effort::Rest { budget_ms, ladder: Ladder::Octree, show_partial: false, converge_ms: 0.0 };
+    let rest = Effort::Rest {
+        budget_ms,
+        ladder: Ladder::Octree,
+        show_partial: false,
+        converge_ms: 0.0,
+        smooth_edges: false,
+    };
     let request = |scene: &Scene, effort| {
         engine.request(FrameRequest { scene: scene.clone(), size: VIEWPORT, effort });
     };
@@ -104,8 +109,13 @@ fn turned(path: &Path) {
         for (way, (ladder, took)) in climbs.iter_mut().enumerate() {
             let turn = 0.5 + 0.02 * (2 * climb + way) as f64;
             let camera = scene.camera.orbited(turn, 0.0);
-            let effort =
-                Effort::Rest { budget_ms, ladder: *ladder, show_partial: false, converge_ms: 0.0 };
+            let effort = Effort::Rest {
+                budget_ms,
+                ladder: *ladder,
+                show_partial: false,
+                converge_ms: 0.0,
+                smooth_edges: false,
+            };
             let start = Instant::now();
             request(&Scene { camera, ..scene.clone() }, effort);
             next(&|picture| picture.report.progress >= 1.0);

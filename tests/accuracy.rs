@@ -349,8 +349,14 @@ fn converged_is_not_full_and_nearer_to_the_reference() {
     }
     let (scene, engine, size) = (shells(24), engine(), [48, 40]);
     let still = |refine| {
-        let request =
-            StillRequest { scene: scene.clone(), size, refine, repeat: 0, time_passes: false };
+        let request = StillRequest {
+            scene: scene.clone(),
+            size,
+            refine,
+            repeat: 0,
+            time_passes: false,
+            smooth_edges: false,
+        };
         engine.still(request, &Ticket::new()).expect("a picture")
     };
     let light = |refine| -> Vec<[f64; 4]> {

@@ -77,7 +77,14 @@ fn first_look(grid: &Grid, name: &Path) -> Result<Scene, String> {
 fn drawn(engine: &Engine, scene: &Scene) -> Still {
     let size = [SIDE; 2];
     let scene = scene.clone();
-    let request = StillRequest { scene, size, refine: Refine::Full, repeat: 0, time_passes: false };
+    let request = StillRequest {
+        scene,
+        size,
+        refine: Refine::Full,
+        repeat: 0,
+        time_passes: false,
+        smooth_edges: false,
+    };
     engine.still(request, &Ticket::new()).unwrap()
 }
 

@@ -22,8 +22,8 @@ use voxsplat::polygons::Mesh;
 use voxsplat::rbf::{Basis, Encoding, Function, Goal, Points, encode};
 use voxsplat::reference::Reference;
 use voxsplat::scene::{
-    self, Backend, Classify, Clip, ClipBox, Inside, Lighting, OpacityModel, PolygonLayer,
-    SampleSource, Scene, Slice, SplatSettings, VectorLayer, Visibility,
+    self, Backend, Classify, Clip, ClipBox, Inside, Isosurface, Lighting, OpacityModel, Plane,
+    PolygonLayer, SampleSource, Scene, Slice, SplatSettings, VectorLayer, Visibility,
 };
 use voxsplat::task::engine::{
     Choice, Effort, Engine, EngineChoice, EngineKind, FrameRequest, Ladder, Picture,
@@ -53,7 +53,8 @@ fn alone() -> Engine {
 fn still(engine: &Engine, scene: &Scene) -> Result<Still, StillError> {
     let scene = scene.clone();
     let (refine, size) = (Refine::Full, SIZE);
-    let request = StillRequest { scene, size, refine, repeat: 0, time_passes: true };
+    let request =
+        StillRequest { scene, size, refine, repeat: 0, time_passes: true, smooth_edges: false };
     engine.still(request, &Ticket::new())
 }
 
@@ -159,8 +160,14 @@ fn small_pictures_of_many_cells_are_means_of_larger_ones() {
         scene.shading.lighting = lighting;
         let draw = |size: [u32; 2]| {
             let refine = Refine::Full;
-            let request =
-                StillRequest { scene: scene.clone(), size, refine, repeat: 0, time_passes: false };
+            let request = StillRequest {
+                scene: scene.clone(),
+                size,
+                refine,
+                repeat: 0,
+                time_passes: false,
+                smooth_edges: false,
+            };
             engine.still(request, &Ticket::new()).unwrap().light
         };
         let (small, large) = (draw([8; 2]), draw([128; 2]));
@@ -191,6 +198,7 @@ fn many_cells_are_first_seen_by_their_samples() {
         ladder: Ladder::Octree,
         show_partial: false,
         converge_ms: 0.0,
+        smooth_edges: false,
     };
     for effort in [rest, Effort::Moving { budget_ms: 20.0 }] {
         let (sender, news) = mpsc::channel();
@@ -279,7 +287,8 @@ fn rays_that_begin_among_slices_and_fan_out_see_what_the_reference_does() {
 fn off_reference(engine: &Engine, scene: &Scene, size: [u32; 2]) -> f64 {
     let truth = Reference::new(scene, size.map(|n| n as usize)).unwrap().picture();
     let (scene, refine) = (scene.clone(), Refine::Full);
-    let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
+    let request =
+        StillRequest { scene, size, refine, repeat: 0, time_passes: false, smooth_edges: false };
     let found = engine.still(request, &Ticket::new()).unwrap().light;
     let off = |(a, b): (&[f32; 4], &[f64; 4])| {
         a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
@@ -400,8 +409,14 @@ fn a_still_tells_how_far_it_is_and_stops_where_it_is_told_to() {
     for splat in [scene.splat, SplatSettings::SHADE_FIRST] {
         let scene = Scene { splat, ..scene.clone() };
         let size = [1600, 1200];
-        let request =
-            StillRequest { scene, size, refine: Refine::Full, repeat: 0, time_passes: false };
+        let request = StillRequest {
+            scene,
+            size,
+            refine: Refine::Full,
+            repeat: 0,
+            time_passes: false,
+            smooth_edges: false,
+        };
         let ticket = Ticket::new();
         let seen = std::thread::scope(|scope| {
             let drawn = scope.spawn(|| engine.still(request, &ticket));
@@ -433,7 +448,14 @@ fn octree_cuts_are_drawn_without_an_adapter() {
         let detail = Detail::Octree { max_error };
         let refine = Refine::Reduced { detail, scale: 1.0 };
         let scene = scene.clone();
-        let request = StillRequest { scene, size: SIZE, refine, repeat: 0, time_passes: true };
+        let request = StillRequest {
+            scene,
+            size: SIZE,
+            refine,
+            repeat: 0,
+            time_passes: true,
+            smooth_edges: false,
+        };
         let still = engine.still(request, &Ticket::new()).unwrap();
         assert_eq!((still.engine, still.pipelines), (EngineKind::Native, 0));
         let names: Vec<_> = still.passes.iter().map(|pass| pass.name).collect();
@@ -502,6 +524,7 @@ fn the_engine_is_changed_at_run_time_and_both_draw_the_same_picture() {
         ladder: Ladder::AtOnce,
         show_partial: false,
         converge_ms: 0.0,
+        smooth_edges: false,
     };
     engine.request(FrameRequest { scene: scene.clone(), size: SIZE, effort });
     let is_full = |picture: &Picture| picture.size == SIZE && picture.report.progress == 1.0;
@@ -542,6 +565,7 @@ fn quick_pictures_are_smaller_and_a_newer_request_takes_over() {
         ladder: Ladder::Octree,
         show_partial: false,
         converge_ms: 0.0,
+        smooth_edges: false,
     };
     for slabs in [64.0, 32.0, 1.0] {
         scene.splat.slabs_per_voxel = slabs;
@@ -553,7 +577,8 @@ fn quick_pictures_are_smaller_and_a_newer_request_takes_over() {
 
 fn still_of(engine: &Engine, scene: &Scene, size: [u32; 2]) -> Vec<u8> {
     let (scene, refine) = (scene.clone(), Refine::Full);
-    let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
+    let request =
+        StillRequest { scene, size, refine, repeat: 0, time_passes: false, smooth_edges: false };
     engine.still(request, &Ticket::new()).unwrap().rgba
 }
 
@@ -655,7 +680,14 @@ fn lit_pictures_converge_at_second_order() {
     let errors = [4.0, 8.0, 16.0].map(|slabs_per_voxel| {
         scene.splat.slabs_per_voxel = slabs_per_voxel;
         let (scene, refine) = (scene.clone(), Refine::Full);
-        let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
+        let request = StillRequest {
+            scene,
+            size,
+            refine,
+            repeat: 0,
+            time_passes: false,
+            smooth_edges: false,
+        };
         let found = engine.still(request, &Ticket::new()).unwrap().light;
         let off = |(a, b): (&[f32; 4], &[f64; 4])| (f64::from(a[0]) - b[0]).powi(2);
         let sum = found.iter().zip(&truth).map(off).sum::<f64>();
@@ -664,5 +696,104 @@ fn lit_pictures_converge_at_second_order() {
     println!("measured: {errors:?}");
     for pair in errors.windows(2) {
         assert!(pair[0] > 3.0 * pair[1], "{errors:?}");
+    }
+}
+
+/// Scenes whose pictures have edges within pixels, and one that has none.
+fn with_edges() -> [(&'static str, Scene); 4] {
+    let plain = opened("demo:shells:24");
+    let mut surface = plain.clone();
+    let volume = surface.volume().unwrap();
+    let first = Isosurface::first(surface.transfer().unwrap(), &volume.statistics);
+    surface.inside.isosurfaces.push(first);
+    surface.camera.projection = Projection::Perspective { view_angle: 0.6 };
+    let mut slice = plain.clone();
+    let lattice = slice.lattice();
+    let plane = Plane { point: lattice.centre(), normal: DVec3::new(0.3, 0.2, 1.0) };
+    slice.inside.slices.push(Slice { plane, opacity: 1.0, only_shown: false, edges: false });
+    let mut names = plain.clone();
+    names.splat = SplatSettings::NAMES;
+    [("an isosurface", surface), ("a slice", slice), ("names", names), ("splines", plain)]
+}
+
+/// The reference's light at five places of each pixel, by a camera that is moved there, and their mean.
+fn mean_of_five(scene: &Scene) -> [Vec<[f64; 4]>; 2] {
+    let pixel = 2.0 * scene.camera.parallel_scale / f64::from(SIZE[1]);
+    let five = [[0.0, 0.0], [-0.4, -0.2], [-0.2, 0.4], [0.2, -0.4], [0.4, 0.2]];
+    let pictures = five.map(|[x, y]| {
+        let mut scene = scene.clone();
+        let Camera { up, .. } = scene.camera;
+        scene.camera.focal_point += (scene.camera.right() * x + up * y) * pixel;
+        Reference::new(&scene, SIZE.map(|n| n as usize)).unwrap().picture()
+    });
+    let mean =
+        |i: usize| std::array::from_fn(|c| pictures.iter().map(|p| p[i][c]).sum::<f64>() / 5.0);
+    [(0..pictures[0].len()).map(mean).collect(), pictures[0].clone()]
+}
+
+/// What ends within a pixel is averaged over it in stills and at rest alike, and what does not is drawn as it was.
+#[test]
+fn edges_are_means_of_the_references_at_five_places_of_each_pixel() {
+    let (sender, news) = mpsc::channel();
+    let engine = Engine::start(EngineChoice::Native, move || sender.send(()).unwrap_or_default());
+    let effort = |smooth_edges| Effort::Rest {
+        budget_ms: 20.0,
+        ladder: Ladder::AtOnce,
+        show_partial: false,
+        converge_ms: 0.0,
+        smooth_edges,
+    };
+    let off = |found: &[[f32; 4]], truth: &[[f64; 4]]| {
+        let off = |(a, b): (&f32, &f64)| (f64::from(*a) - b).powi(2);
+        let squares: f64 = found.as_flattened().iter().zip(truth.as_flattened()).map(off).sum();
+        (squares / (4 * found.len()) as f64).sqrt()
+    };
+    for (name, scene) in with_edges() {
+        let request = StillRequest {
+            scene: scene.clone(),
+            size: SIZE,
+            refine: Refine::Full,
+            repeat: 0,
+            time_passes: false,
+            smooth_edges: true,
+        };
+        let drawn = engine.still(request.clone(), &Ticket::new()).unwrap();
+        let plain = still(&engine, &scene).unwrap();
+        engine.request(FrameRequest { scene: scene.clone(), size: SIZE, effort: effort(true) });
+        if name == "splines" {
+            assert_eq!((drawn.smoothed_ms, &drawn.light), (None, &plain.light), "{name}");
+            let last = wait(&engine, &news, |picture| picture.report.remaining_rmse.is_some());
+            assert!(last.report.smoothed_ms.is_none() && last.rgba == plain.rgba);
+            continue;
+        }
+        let [five, middle] = mean_of_five(&scene);
+        let found = off(&drawn.light, &five);
+        let without = off(&plain.light, &middle);
+        let [stepped, swapped] = [off(&plain.light, &five), off(&drawn.light, &middle)];
+        println!(
+            "measured {name}: {found:.1e}, one ray {without:.1e}, crosswise {stepped:.1e} {swapped:.1e}"
+        );
+        // Measured: see the note; crosswise they are ten times as far off.
+        assert!(found < 1.2 * without.max(1e-4), "{name}: {found} {without}");
+        assert!(stepped > 5.0 * found && swapped > 5.0 * found, "{name}: {stepped} {swapped}");
+        assert!(drawn.smoothed_ms.is_some_and(|ms| ms > 0.0) && plain.smoothed_ms.is_none());
+
+        // At rest: first as it is drawn, then smooth, with what it is off by.
+        let first = wait(&engine, &news, |picture| picture.report.progress == 1.0);
+        assert!(first.report.smoothed_ms.is_none() && first.rgba == plain.rgba, "{name}");
+        let last = wait(&engine, &news, |picture| picture.report.smoothed_ms.is_some());
+        assert_eq!(last.rgba, drawn.rgba, "{name}: the window at rest and a picture for a file");
+        assert!(last.report.remaining_rmse.is_some() && last.report.level.is_full());
+        // Who does not want it any more gets the other one again, and the other way round.
+        for smooth in [false, true] {
+            engine.request(FrameRequest {
+                scene: scene.clone(),
+                size: SIZE,
+                effort: effort(smooth),
+            });
+            let is_it = |picture: &Picture| picture.report.smoothed_ms.is_some() == smooth;
+            let again = wait(&engine, &news, |p| is_it(p) && p.report.remaining_rmse.is_some());
+            assert_eq!(again.rgba == last.rgba, smooth, "{name}");
+        }
     }
 }

@@ -38,7 +38,14 @@ fn opened(name: &str) -> Scene {
 fn still(engine: &Engine, scene: &Scene, is_told: bool) -> Still {
     let scene = scene.clone();
     let refine = Refine::Full;
-    let request = StillRequest { scene, size: SIZE, refine, repeat: 0, time_passes: is_told };
+    let request = StillRequest {
+        scene,
+        size: SIZE,
+        refine,
+        repeat: 0,
+        time_passes: is_told,
+        smooth_edges: false,
+    };
     engine.still(request, &Ticket::new()).unwrap()
 }
 
@@ -160,7 +167,13 @@ fn moved(
         }
     };
     let ladder = Ladder::Octree;
-    let rest = Effort::Rest { budget_ms, ladder, show_partial: false, converge_ms: 0.0 };
+    let rest = Effort::Rest {
+        budget_ms,
+        ladder,
+        show_partial: false,
+        converge_ms: 0.0,
+        smooth_edges: false,
+    };
     let request = |scene: &Scene, effort| {
         engine.request(FrameRequest { scene: scene.clone(), size, effort });
     };
@@ -196,7 +209,14 @@ fn pictures_of_scans_are_off_by_what_they_say() {
     let engine = Engine::start(choice, move || sender.send(()).unwrap_or_default());
     let draw = |scene: &Scene, refine: Refine, is_told: bool| {
         let scene = scene.clone();
-        let request = StillRequest { scene, size: SIZE, refine, repeat: 0, time_passes: is_told };
+        let request = StillRequest {
+            scene,
+            size: SIZE,
+            refine,
+            repeat: 0,
+            time_passes: is_told,
+            smooth_edges: false,
+        };
         engine.still(request, &Ticket::new()).unwrap()
     };
     // Finished ones, quick ones, the same as `--stats` measures them, and those of a hand that turns a view that was at rest.

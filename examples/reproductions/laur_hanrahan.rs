@@ -412,8 +412,14 @@ fn subjects(page: &mut Page<'_>, data: &Path, samples: usize) -> Result<Vec<(Str
 /// A picture that is within an error, and its cells.
 fn cut(page: &Page<'_>, scene: &Scene, refine: Refine) -> Result<Still> {
     let size = [CUT_SIZE; 2];
-    let request =
-        StillRequest { scene: scene.clone(), size, refine, repeat: 0, time_passes: false };
+    let request = StillRequest {
+        scene: scene.clone(),
+        size,
+        refine,
+        repeat: 0,
+        time_passes: false,
+        smooth_edges: false,
+    };
     Ok(page.engine.still_with_cells(request, &Ticket::new())?)
 }
 

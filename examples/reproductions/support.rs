@@ -75,8 +75,14 @@ impl<'a> Page<'a> {
         refine: Refine,
         repeat: u32,
     ) -> Result<Still> {
-        let request =
-            StillRequest { scene: scene.clone(), size, refine, repeat, time_passes: false };
+        let request = StillRequest {
+            scene: scene.clone(),
+            size,
+            refine,
+            repeat,
+            time_passes: false,
+            smooth_edges: false,
+        };
         Ok(self.engine.still(request, &Ticket::new())?)
     }
 

@@ -143,18 +143,21 @@ impl Pacing {
     }
 
     /// The picture on screen is the `full` that was asked for, and is to stay: where no more than
-    /// that is wanted from now on, nothing need be asked for.
-    pub fn keep_full(&mut self) {
-        if let Some(FrameRequest { effort: Effort::Rest { converge_ms, .. }, .. }) =
-            &mut self.posted
+    /// that is wanted from now on, nothing need be asked for, unless its edges were smoothed.
+    pub fn keep_full(&mut self, is_smooth: bool) {
+        if let Some(FrameRequest { effort, .. }) = &mut self.posted
+            && let Effort::Rest { converge_ms, smooth_edges, .. } = effort
         {
             *converge_ms = 0.0;
+            *smooth_edges &= is_smooth;
         }
     }
 
     fn effort_at_rest(&self, scene: &Scene, settings: &Settings) -> Effort {
         let mut effort = settings.effort_at_rest();
-        if let Effort::Rest { converge_ms, .. } = &mut effort {
+        if let Effort::Rest { converge_ms, smooth_edges, .. } = &mut effort {
+            // What modes differ by would be hidden.
+            *smooth_edges &= !self.judging;
             // Who chooses fewer slabs than usual wants to see what they make.
             let is_chosen_coarse =
                 scene.splat.slabs_per_voxel < SplatSettings::EXACT.slabs_per_voxel;

@@ -51,7 +51,8 @@ impl Window {
         };
         let space = self.document.as_ref().and_then(|document| document.grid.space.clone());
         let SaveChoice { size, path, cycle, .. } = choice;
-        let request = SaveRequest { scene, size, annotations, space, path, cycle };
+        let smooth_edges = self.settings.smooth_edges;
+        let request = SaveRequest { scene, size, annotations, space, path, cycle, smooth_edges };
         self.saving.push(saving::save_picture(ctx, &self.parts.renderer, request));
     }
 

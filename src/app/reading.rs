@@ -8,7 +8,8 @@ use super::document::{Library, RawLayout, ReadFailure, ReadGrid, Slice, Source};
 use crate::core::Ticket;
 use crate::io::{self, Endian, Format, OpenOptions, Problem, RawOverrides, ReadError};
 use crate::scene::FirstLook;
-use crate::volume::{Samples, ScalarVolume, demo};
+use crate::volume::demo::{self, DemoError};
+use crate::volume::{Samples, ScalarVolume};
 
 /// Greatest side of a preview, pixels; larger slices are thinned out.
 const PREVIEW_SIDE: usize = 512;
@@ -31,7 +32,7 @@ impl Library for Files {
                 let options = OpenOptions { raw: Some(raw), ..OpenOptions::default() };
                 opened(io::open(path, &options, ticket))
             }
-            Source::Demo(name) => made(name),
+            Source::Demo(name) => made(name, ticket),
         }
     }
 
@@ -112,9 +113,12 @@ fn beyond_this_machine() -> ReadFailure {
     ReadFailure::Refused("the layout is beyond what this machine can count".to_owned())
 }
 
-fn made(name: &str) -> Result<ReadGrid, ReadFailure> {
-    let grid = demo::open(name, None).map_err(|error| ReadFailure::Refused(error.to_string()))?;
-    Ok(ReadGrid::of(grid))
+fn made(name: &str, ticket: &Ticket) -> Result<ReadGrid, ReadFailure> {
+    match demo::open_watched(name, None, ticket) {
+        Ok(grid) => Ok(ReadGrid::of(grid)),
+        Err(DemoError::Cancelled(_)) => Err(ReadFailure::Cancelled),
+        Err(error) => Err(ReadFailure::Refused(error.to_string())),
+    }
 }
 
 /// What there is to see in a demo, one line; empty for one that is new here.

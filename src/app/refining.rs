@@ -33,11 +33,12 @@ impl Window {
     pub(super) fn pace_refining(&mut self) {
         let judging = self.accuracy.open || self.compare.on;
         let idle = matches!(self.parts.drawer.state(), EngineState::Idle);
-        let is_full = self.viewport.picture().is_some_and(|picture| {
-            picture.report.progress >= 1.0 && picture.report.level.is_full()
-        });
-        if judging && idle && is_full {
-            self.pacing.keep_full();
+        let full = self
+            .viewport
+            .picture()
+            .filter(|picture| picture.report.progress >= 1.0 && picture.report.level.is_full());
+        if let Some(full) = full.filter(|_| judging && idle) {
+            self.pacing.keep_full(full.report.smoothed_ms.is_some());
         }
         self.pacing.set_judging(judging);
     }

@@ -34,6 +34,8 @@ pub struct SaveRequest {
     pub path: PathBuf,
     /// A whole cycle of the animation rather than one picture.
     pub cycle: Option<Cycle>,
+    /// Whether to smooth the edges of one picture.
+    pub smooth_edges: bool,
 }
 
 /// Draws and saves pictures away from the screen, or a stand-in for that in tests.
@@ -63,6 +65,7 @@ pub fn engine_renderer(choice: Choice) -> Renderer {
             refine: Refine::Full,
             repeat: 0,
             time_passes: false,
+            smooth_edges: request.smooth_edges,
         };
         match engine.still(still, ticket) {
             Ok(mut still) => {

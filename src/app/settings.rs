@@ -74,6 +74,8 @@ pub struct Settings {
     pub ladder: Ladder,
     /// Double the slabs after `full` where that takes no more than [`CONVERGE_WITHIN_MS`].
     pub converge: bool,
+    /// Smooth what ends within a pixel once a view rests, and in saved pictures.
+    pub smooth_edges: bool,
     /// Let each picture of a resting view give way to the next little by little.
     pub fade: bool,
     /// How a drag turns the view.
@@ -103,6 +105,7 @@ impl Default for Settings {
             show_partial: false,
             ladder: Ladder::default(),
             converge: true,
+            smooth_edges: true,
             fade: false,
             turning: Turning::default(),
             view_angle_deg: 30.0,
@@ -166,6 +169,7 @@ impl Settings {
             ladder: self.ladder,
             show_partial: self.show_partial,
             converge_ms: if self.converge { CONVERGE_WITHIN_MS } else { 0.0 },
+            smooth_edges: self.smooth_edges,
         }
     }
 

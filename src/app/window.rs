@@ -415,9 +415,10 @@ impl Window {
         self.rate.note(ctx.time(), self.pacing.is_moving());
         self.record_estimate(&picture);
         self.note_effects(&picture);
-        if matches!(picture.report.level, LevelOfDetail::Full { .. }) {
+        if matches!(picture.report.level, LevelOfDetail::Full { .. } | LevelOfDetail::Refined(_)) {
             let pixels = picture.size.iter().map(|n| f64::from(*n)).product::<f64>();
-            self.pixel_ms = Some(picture.report.frame_ms / pixels.max(1.0));
+            let ms = picture.report.frame_ms + picture.report.smoothed_ms.unwrap_or(0.0);
+            self.pixel_ms = Some(ms / pixels.max(1.0));
         }
         // While the view moves, the picture before would be of another view.
         let fades = self.settings.fade && !self.pacing.is_moving();

@@ -93,6 +93,7 @@ pub(super) fn run(flags: &AccuracyFlags) -> Result<(), Failure> {
             refine: Refine::Full,
             repeat: 0,
             time_passes: false,
+            smooth_edges: false,
         };
         engine.still(sliver, &Ticket::new()).map_err(Failure::failed)?;
     }

@@ -623,6 +623,10 @@ pub struct RenderFlags {
     /// How far to refine [default: full]
     #[arg(long, value_enum)]
     pub refine: Option<RefineFlag>,
+    /// Draw isosurfaces, slices, cuts, labels and the borders of cells with the steps of their pixels, one ray each, rather
+    /// than with smooth edges, five rays each; --refine coarse does so in any case
+    #[arg(long)]
+    pub no_smooth_edges: bool,
     /// With --refine coarse: greatest RMSE against `full`, linear light, of the coarsest octree cut within it: of the field,
     /// where the mode has such cuts and no --cut flag asks for those of classified voxels. Finding such a picture draws
     /// `full` first, and the picture may take longer than `full`: compare them with --stats

@@ -120,6 +120,7 @@ pub(super) fn run(flags: &RenderFlags) -> Result<(), Failure> {
         refine,
         repeat: flags.repeat,
         time_passes: flags.stats.is_some(),
+        smooth_edges: !flags.no_smooth_edges,
     };
     let ticket = Ticket::new();
     let progress = Progress::of(&ticket, "drawing");

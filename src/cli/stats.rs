@@ -7,6 +7,7 @@ use crate::plan::Outline;
 use crate::scene::{Backend, Effect, Scene, SplatSettings};
 use crate::task::effect_costs::{AddedTime, LeftOut};
 use crate::task::engine::{EngineKind, HeldBytes, OctreeBuilder};
+use crate::task::smooth;
 use crate::task::still::{Convergence, PassTime, Refine, ShownField, Still, Timer};
 
 /// The file's content; the names are stable.
@@ -70,6 +71,10 @@ pub(super) struct Stats<'a> {
     /// Wall time from camera set until the pixels are in memory, as light, without `present`: of the picture written
     /// first, then of each of `--repeat`.
     frame_ms: &'a [f64],
+    /// Rays a pixel of the picture that was written: 1, or 5 where edges were smoothed.
+    rays_per_pixel: u32,
+    /// Wall time of smoothing, beyond the first of `frame_ms`; null where no edges were.
+    smoothed_ms: Option<f64>,
     load_ms: f64,
     peak_gpu_bytes: u64,
     pipelines: usize,
@@ -194,6 +199,8 @@ impl<'a> Stats<'a> {
             timed_frame_ms: still.timed_frame_ms,
             timer: still.timer,
             frame_ms: &still.frame_ms,
+            rays_per_pixel: if still.smoothed_ms.is_some() { smooth::RAYS } else { 1 },
+            smoothed_ms: still.smoothed_ms,
             load_ms,
             peak_gpu_bytes: still.peak_gpu_bytes,
             pipelines: still.pipelines,

@@ -96,10 +96,17 @@ impl VectorLayer {
     #[must_use]
     pub fn unlike<'a>(mut self, others: impl IntoIterator<Item = &'a TransferFunction>) -> Self {
         let taken: Vec<_> = others.into_iter().filter_map(|other| other.colour.map()).collect();
-        if let ColourSource::Map { map, .. } = &mut self.settings.transfer.colour {
-            let is_taken = |own: ColourMap| taken.contains(&own);
-            let free = [*map, ColourMap::Inferno, ColourMap::Viridis, ColourMap::Oslo];
-            *map = free.into_iter().find(|map| !is_taken(*map)).unwrap_or(*map);
+        if let ColourSource::Map { map, .. } = self.settings.transfer.colour
+            && taken.contains(&map)
+        {
+            let free = [ColourMap::Viridis, ColourMap::Plasma, ColourMap::Oslo];
+            let own = free.into_iter().find(|own| !taken.contains(own)).unwrap_or(map);
+            let transfer = &mut self.settings.transfer;
+            transfer.colour = match map {
+                ColourMap::CoolWarm => brighter(transfer, own),
+                // Its range leaves out what is dark already.
+                _ => ColourSource::Map { map: own, range: transfer.colour.range() },
+            };
         }
         self
     }
@@ -124,11 +131,9 @@ impl VectorLayer {
     pub fn colours_of_lines(&self) -> TransferFunction {
         let mut transfer = self.settings.transfer.clone();
         if self.shows_splats() {
-            let [low, high] = transfer.colour.range();
             let is_taken = transfer.colour.map() == Some(ColourMap::Viridis);
             let map = if is_taken { ColourMap::Plasma } else { ColourMap::Viridis };
-            let range = [low - DARK_SHARE * (high - low), high];
-            transfer.colour = ColourSource::Map { map, range };
+            transfer.colour = brighter(&transfer, map);
         }
         transfer
     }
@@ -136,11 +141,15 @@ impl VectorLayer {
     /// A field as it is first seen beside another: in colours of its own, and out of step with it.
     pub fn beside_another(field: Arc<VectorField>) -> Self {
         let mut settings = VectorSettings { seed: 1, ..VectorSettings::for_field(&field) };
-        if let ColourSource::Map { map, .. } = &mut settings.transfer.colour {
-            *map = ColourMap::Inferno;
-        }
+        settings.transfer.colour = brighter(&settings.transfer, ColourMap::Plasma);
         Self { field, settings }
     }
+}
+
+/// A map that begins in the dark, over the range that a function's colours have, without its darkest colours.
+fn brighter(transfer: &TransferFunction, map: ColourMap) -> ColourSource {
+    let [low, high] = transfer.colour.range();
+    ColourSource::Map { map, range: [low - DARK_SHARE * (high - low), high] }
 }
 
 impl PartialEq for VectorLayer {

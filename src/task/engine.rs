@@ -76,6 +76,8 @@ pub enum Effort {
         /// Milliseconds that doubling the slabs after `full` may take; 0 ends in `full`. A
         /// doubling is begun where it is thought to be done in that time.
         converge_ms: f64,
+        /// Smooth what ends within a pixel in the last picture (see [`super::smooth`]).
+        smooth_edges: bool,
     },
 }
 
@@ -171,6 +173,8 @@ pub struct FrameReport {
     pub checked: Option<Checked>,
     /// From `full` on: how far slabs were doubled, where they can be and that is wanted.
     pub refined: Option<Refined>,
+    /// What smoothing its edges took beyond that, milliseconds; `None` where they are as they were drawn.
+    pub smoothed_ms: Option<f64>,
     /// What of [`Scene::effects`] it shows: nothing where kernels are coloured first.
     pub effects: Vec<Effect>,
     /// What was held on the device when it was finished, where somebody looked.
@@ -237,6 +241,7 @@ impl FrameReport {
             remaining_thought: None,
             checked: None,
             refined: None,
+            smoothed_ms: None,
             effects: Vec::new(),
             held: None,
             made_pipelines: false,

@@ -186,7 +186,14 @@ fn frame(
 ) -> Result<Still, StillError> {
     let mut scene = scene.clone();
     scene.phase += f64::from(i) / f64::from(frames);
-    let request = StillRequest { scene, size, refine: Refine::Full, repeat: 0, time_passes: false };
+    let request = StillRequest {
+        scene,
+        size,
+        refine: Refine::Full,
+        repeat: 0,
+        time_passes: false,
+        smooth_edges: false,
+    };
     engine.still(request, &ticket.part(i, frames))
 }
 

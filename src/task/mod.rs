@@ -28,6 +28,7 @@ pub mod remaining;
 mod rows;
 pub mod rung;
 mod slabs;
+pub mod smooth;
 pub mod still;
 pub mod sweep;
 pub mod transfer_file;

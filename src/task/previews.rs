@@ -141,6 +141,19 @@ fn cells_slabs(shrink: f64) -> f64 {
     (2.0 / shrink).clamp(LEAST_CELLS_SLABS, 1.0)
 }
 
+/// Slabs a voxel of a picture of the own field so many times smaller, where they are fewer than the finished picture's. Of numbers
+/// that name things each pixel has as many as its size asks for, down to one a voxel: a frog of 500 × 470 × 136, 28 of 1100 pixels
+/// a side smaller, 18.6 dB by one a voxel, and 17.7 by four, of which as many pixels as take the same time are larger by half.
+fn quick_slabs(plan: &Plan, shrink: f64) -> Option<f64> {
+    let slabs = plan.mode.slabs_per_voxel;
+    match plan.mode.kernel {
+        _ if shrink <= 1.0 => None,
+        Kernel::Cells if is_of_few_cells(plan) => Some(slabs.min(1.0) * cells_slabs(shrink)),
+        Kernel::Nearest if plan.reconstructs() => Some((slabs / shrink).max(slabs.min(1.0))),
+        _ => None,
+    }
+}
+
 /// Whether a mode's kernels are products of another than their natural width: quick pictures are of its own field,
 /// so that they show the same.
 pub(super) fn is_scaled(mode: &SplatSettings) -> bool {
@@ -412,8 +425,7 @@ impl Drawer {
                 let plan = with_cut(plan.in_mode(mode).at_size(smaller, enlarged));
                 self.slabs_of(&plan, field, observer)
             }
-            SlabField::Own if is_of_few_cells(plan) && shrink > 1.0 => {
-                let slabs_per_voxel = plan.mode.slabs_per_voxel.min(1.0) * cells_slabs(shrink);
+            SlabField::Own if let Some(slabs_per_voxel) = quick_slabs(plan, shrink) => {
                 let mode = SplatSettings { slabs_per_voxel, ..plan.mode };
                 let smaller = plan.in_mode(mode).at_size(smaller, enlarged);
                 self.slabs_of(&with_cut(smaller), field, observer)

@@ -11,6 +11,7 @@ use super::engines::{Canvas, EngineKind};
 use super::estimate::{Coarseness, Estimator};
 use super::previews::is_plain;
 use super::remaining::{self, Told, WITHIN_DB};
+use super::smooth;
 use crate::accuracy::sweep::Detail;
 use crate::accuracy::{self, Difference};
 use crate::core::colour::srgb_bytes;
@@ -105,6 +106,8 @@ pub struct StillRequest {
     /// Whether to time each pass, in one more frame, and to find what each effect of a full picture costs
     /// and changes, in a few more, and what the picture is off by.
     pub time_passes: bool,
+    /// Whether to smooth what ends within a pixel, where it is drawn in full (see [`super::smooth`]).
+    pub smooth_edges: bool,
 }
 
 /// A still picture and what it cost.
@@ -148,6 +151,8 @@ pub struct Still {
     pub estimated_rmse: Option<f64>,
     /// What that may be off by, dB, mostly.
     pub estimated_within_db: f64,
+    /// What smoothing its edges took beyond [`Still::own_ms`], milliseconds; `None` where they are as they were drawn.
+    pub smoothed_ms: Option<f64>,
     /// Pass times, where asked for, of one more frame in which each pass is submitted and waited for
     /// by itself: disjoint spans of [`Still::timed_frame_ms`], not of `frame_ms`.
     pub passes: Vec<PassTime>,
@@ -312,6 +317,7 @@ pub(super) fn draw(
     };
     let (light, reading_ms) = in_memory(drawer)?;
     let mut frame_ms = vec![drawn.wall_ms + reading_ms];
+    let smooths = request.smooth_edges && rung == Rung::Full && smooth::has_edges(&plan);
     let light = enlarged(light, drawn.size, *size);
     let background = plan.background.light();
     let shown = drawer.engines.present(background)?;
@@ -322,6 +328,12 @@ pub(super) fn draw(
     });
     let rgba = if drawn.size == *size { shown } else { srgb_bytes(&light, background) };
     let field = shown_field(drawer, rung, &drawn, &plan);
+    let (mut smooth_light, mut smoothed_ms) = (None, None);
+    if smooths {
+        let start = Instant::now();
+        smooth_light = Some(drawer.smoothed(&plan, light.clone(), &mut watch)?);
+        smoothed_ms = Some(start.elapsed().as_secs_f64() * 1e3);
+    }
     for turn in 1..=request.repeat {
         ticket.checkpoint(u64::from(turn), u64::from(request.repeat))?;
         let camera = turned(&plan.camera, turn);
@@ -374,6 +386,7 @@ pub(super) fn draw(
         held,
         light,
         rgba,
+        smoothed_ms,
         drawn,
         is_full,
         why_not_octree: matches!(rung, Rung::Coarse { .. })
@@ -409,6 +422,10 @@ pub(super) fn draw(
         if let Some(Told { rmse, within_db }) = measured_error(drawer, &plan, &still, &mut watch)? {
             (still.estimated_rmse, still.estimated_within_db) = (Some(rmse), within_db);
         }
+    }
+    // What effects change and what it is off by was found of the picture as it was drawn.
+    if let Some(light) = smooth_light {
+        (still.rgba, still.light) = (srgb_bytes(&light, background), light);
     }
     Ok(still)
 }

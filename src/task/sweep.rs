@@ -342,7 +342,14 @@ impl Sweep {
         ticket: &Ticket,
     ) -> Result<Still, StillError> {
         let scene = Scene { splat: setting.splat, ..self.scene.clone() };
-        let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
+        let request = StillRequest {
+            scene,
+            size,
+            refine,
+            repeat: 0,
+            time_passes: false,
+            smooth_edges: false,
+        };
         let still = engine.still(request, ticket)?;
         self.adapter = Some(still.adapter.clone());
         Ok(still)

@@ -214,7 +214,8 @@ impl VectorSettings {
         // Up to the longest, unless that is an outlier.
         let top = lengths.max.min(OUTLIER * high);
         let range = if top > 0.0 { [0.0, top] } else { [0.0, 1.0] };
-        let colour = ColourSource::Map { map: ColourMap::Viridis, range };
+        // None of its colours is so dark that short vectors are lost on black.
+        let colour = ColourSource::Map { map: ColourMap::CoolWarm, range };
         Self {
             mode: VectorMode::default(),
             opacity_by: ColourBy::Magnitude,

@@ -162,8 +162,14 @@ fn cells_do_not_wait_for_a_picture_nor_stop_it() {
 #[test]
 fn a_still_has_cells_only_where_it_is_a_cut_and_they_were_asked_for() {
     let Some(bench) = Bench::new() else { return };
-    let request =
-        |refine| StillRequest { scene: small(), size: SIZE, refine, repeat: 0, time_passes: false };
+    let request = |refine| StillRequest {
+        scene: small(),
+        size: SIZE,
+        refine,
+        repeat: 0,
+        time_passes: false,
+        smooth_edges: false,
+    };
     let within = request(Refine::Error { max_error: 0.1, of_voxels: true });
     let still = bench.engine.still_with_cells(within.clone(), &Ticket::new()).expect("a still");
     let cells = still.cells.expect("a cut");

@@ -97,11 +97,24 @@ fn drawn_anew(mut pictures: Vec<Arc<Picture>>) -> Vec<Arc<Picture>> {
 }
 
 fn still_request(scene: &Scene, size: [u32; 2]) -> StillRequest {
-    StillRequest { scene: scene.clone(), size, refine: Refine::Full, repeat: 0, time_passes: false }
+    StillRequest {
+        scene: scene.clone(),
+        size,
+        refine: Refine::Full,
+        repeat: 0,
+        time_passes: false,
+        smooth_edges: false,
+    }
 }
 
 pub(crate) fn rest() -> Effort {
-    Effort::Rest { budget_ms: 20.0, ladder: Ladder::Octree, show_partial: false, converge_ms: 0.0 }
+    Effort::Rest {
+        budget_ms: 20.0,
+        ladder: Ladder::Octree,
+        show_partial: false,
+        converge_ms: 0.0,
+        smooth_edges: false,
+    }
 }
 
 pub(crate) fn small() -> Scene {
@@ -154,7 +167,13 @@ fn rest_ends_in_full_and_then_nothing_more_happens() {
         for show_partial in [false, true] {
             bench.request(&small(), SIZE, rest());
             bench.until_full(SIZE);
-            let effort = Effort::Rest { budget_ms: 20.0, ladder, show_partial, converge_ms: 0.0 };
+            let effort = Effort::Rest {
+                budget_ms: 20.0,
+                ladder,
+                show_partial,
+                converge_ms: 0.0,
+                smooth_edges: false,
+            };
             bench.request(&scene, [320, 200], effort);
             let pictures = bench.until_full([320, 200]);
             let reports: Vec<_> = pictures.iter().map(|p| &p.report).collect();
@@ -437,6 +456,7 @@ fn a_still_makes_no_finished_picture_drawn_again() {
         ladder: Ladder::Subsampling,
         show_partial: false,
         converge_ms: 0.0,
+        smooth_edges: false,
     };
     bench.request(&scene, [320, 200], effort);
     let mut pictures = bench.pictures_until(|_, seen| !seen.is_empty());
@@ -462,7 +482,7 @@ fn exact(scene: Scene) -> Scene {
 
 fn until_converged(converge_ms: f64) -> Effort {
     let ladder = Ladder::Octree;
-    Effort::Rest { budget_ms: 20.0, ladder, show_partial: true, converge_ms }
+    Effort::Rest { budget_ms: 20.0, ladder, show_partial: true, converge_ms, smooth_edges: false }
 }
 
 #[test]
@@ -477,7 +497,8 @@ fn the_ladder_ends_in_converged_slabs_which_are_those_of_a_still() {
     else {
         unreachable!("at rest")
     };
-    let effort = Effort::Rest { budget_ms: 1.0, ladder, show_partial, converge_ms };
+    let effort =
+        Effort::Rest { budget_ms: 1.0, ladder, show_partial, converge_ms, smooth_edges: false };
     bench.request(&scene, SIZE, effort);
     let pictures = bench.pictures_until(|bench, seen| {
         !seen.is_empty() && bench.engine.state() == EngineState::Idle
@@ -598,6 +619,7 @@ fn a_budget_for_every_ray_ends_in_full_at_once() {
         ladder: Ladder::Octree,
         show_partial: false,
         converge_ms: 0.0,
+        smooth_edges: false,
     };
     bench.request(&beyond, SIZE, effort);
     let rested = drawn_anew(bench.until_full(SIZE));

@@ -65,6 +65,7 @@ fn another_view_is_never_checked_against() {
         ladder: voxsplat::task::engine::Ladder::AtOnce,
         show_partial: false,
         converge_ms: 0.0,
+        smooth_edges: false,
     };
     bench.request(&turned, [200, 160], at_once);
     let pictures = bench.until_full([200, 160]);

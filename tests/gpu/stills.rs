@@ -8,7 +8,10 @@ use voxsplat::accuracy::sweep::Detail;
 use voxsplat::core::colour::srgb_bytes;
 use voxsplat::core::{Srgb8, Ticket};
 use voxsplat::gpu::Wishes;
-use voxsplat::scene::{Backend, Background, Classify, OpacityModel, Scene, Visibility};
+use voxsplat::reference::Reference;
+use voxsplat::scene::{
+    Backend, Background, Classify, Isosurface, OpacityModel, Scene, SplatSettings, Visibility,
+};
 use voxsplat::task::engine::Engine;
 use voxsplat::task::still::{Refine, Still, StillError, StillRequest};
 use voxsplat::volume::{Lattice, Samples};
@@ -34,7 +37,14 @@ fn blobs() -> Scene {
 }
 
 fn request(refine: Refine) -> StillRequest {
-    StillRequest { scene: blobs(), size: [128, 96], refine, repeat: 0, time_passes: false }
+    StillRequest {
+        scene: blobs(),
+        size: [128, 96],
+        refine,
+        repeat: 0,
+        time_passes: false,
+        smooth_edges: false,
+    }
 }
 
 fn draw(engine: &Engine, request: StillRequest) -> Still {
@@ -172,4 +182,34 @@ fn the_bytes_of_a_still_are_its_light_over_its_background() {
             assert!(most <= Some(1), "{background:?} {refine:?}: {most:?}");
         }
     }
+}
+
+/// An opaque surface, whose silhouette ends within pixels: the mean of the reference at five places of each.
+#[test]
+fn edges_within_pixels_are_averaged_over_them() {
+    let Some(engine) = engine() else { return };
+    let mut asked = StillRequest { size: [48, 36], smooth_edges: true, ..request(Refine::Full) };
+    asked.scene.splat = SplatSettings::EXACT;
+    let surface = Isosurface { value: 110.0, opacity: 1.0, colour: None };
+    asked.scene.inside.isosurfaces.push(surface);
+    let found = draw(engine, asked.clone());
+    assert!(found.smoothed_ms.is_some());
+    let pixel = 2.0 * asked.scene.camera.parallel_scale / 36.0;
+    let five = [[0.0, 0.0], [-0.4, -0.2], [-0.2, 0.4], [0.2, -0.4], [0.4, 0.2]];
+    let truths = five.map(|[x, y]| {
+        let mut scene = asked.scene.clone();
+        let (right, up) = (scene.camera.right(), scene.camera.up);
+        scene.camera.focal_point += (right * x + up * y) * pixel;
+        Reference::new(&scene, asked.size.map(|n| n as usize)).expect("a mode").picture()
+    });
+    let mean =
+        |i: usize| std::array::from_fn(|c| truths.iter().map(|t| t[i][c]).sum::<f64>() / 5.0);
+    let mean: Vec<[f64; 4]> = (0..truths[0].len()).map(mean).collect();
+    let plain = draw(engine, StillRequest { smooth_edges: false, ..asked });
+    let of =
+        |light: &[[f32; 4]], truth: &[[f64; 4]]| rmse(&wide(light), truth).expect("comparable");
+    let [smooth, one] = [of(&found.light, &mean), of(&plain.light, &truths[0])];
+    let crosswise = of(&plain.light, &mean);
+    println!("measured five rays {smooth:.1e}, one {one:.1e}, crosswise {crosswise:.1e}");
+    assert!(smooth < 1.2 * one.max(1e-4) && crosswise > 5.0 * smooth, "{smooth} {one} {crosswise}");
 }

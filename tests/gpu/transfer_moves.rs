@@ -83,6 +83,7 @@ fn a_transfer_function_that_changes_in_mid_refinement_leaves_nothing_of_the_one_
                 ladder: Ladder::Octree,
                 show_partial: true,
                 converge_ms: 0.0,
+                smooth_edges: false,
             };
             bench.request(&with(&scene, RED, 0.7), SMALL, effort);
             // Its first picture is out, and what follows has begun.

@@ -105,7 +105,8 @@ const SHARD: [[f32; 3]; 3] = [[0.1, 0.2, 0.3], [0.9, 0.25, 0.5], [0.4, 0.95, 0.8
 /// A picture of a size.
 fn drawn(engine: &Engine, scene: &Scene, size: [u32; 2]) -> Still {
     let (scene, refine) = (scene.clone(), Refine::Full);
-    let request = StillRequest { scene, size, refine, repeat: 0, time_passes: false };
+    let request =
+        StillRequest { scene, size, refine, repeat: 0, time_passes: false, smooth_edges: false };
     engine.still(request, &Ticket::new()).unwrap()
 }
 

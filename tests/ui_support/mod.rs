@@ -244,6 +244,7 @@ fn gradient(request: &FrameRequest) -> Picture {
         remaining_thought: None,
         checked: (!moving).then_some(Checked { estimated_rmse: 0.0282, measured_rmse: 0.0316 }),
         refined,
+        smoothed_ms: None,
         effects: match Shading::is_shown_by(&request.scene.splat) {
             true => request.scene.shading.effects(),
             false => Vec::new(),

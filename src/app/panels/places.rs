@@ -19,7 +19,7 @@ const fn place(section: &'static str, name: &'static str, help: &'static str) ->
 }
 
 /// In the order of the side panel, without what is a command, too.
-pub const PLACES: [Place; 47] = [
+pub const PLACES: [Place; 48] = [
     place(DATA, "Dimensions", "How many samples the volume has along each axis"),
     place(DATA, "Range", "The least and the greatest value of the data"),
     place(DATA, "Spacing", "How far samples are apart, in the file's units"),
@@ -87,4 +87,5 @@ pub const PLACES: [Place; 47] = [
         "Go on refining at rest",
         "Draw the view in ever thinner slabs while nothing moves",
     ),
+    place(VIEW, "Smooth edges at rest", "Antialiasing of isosurfaces, slices, cuts and labels"),
 ];

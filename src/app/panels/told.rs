@@ -12,6 +12,7 @@ use crate::task::engine::{EngineState, FrameReport, KernelCounts};
 use crate::task::estimate::Checked;
 use crate::task::level::{LevelOfDetail, SlabField};
 use crate::task::remaining::{Told, WITHIN_DB};
+use crate::task::smooth;
 
 /// What the numbers of dB in the sentences mean.
 pub(super) const DECIBELS: &str = "dB says how near a picture is to the exact one, which slabs of no thickness would \
@@ -139,6 +140,7 @@ pub(super) fn sentences(shown: &Shown, key: &str) -> Vec<(&'static str, String)>
     if let Some(left) = left_words(report, key) {
         all.push(("Refining", left));
     }
+    all.extend(report.smoothed_ms.map(|ms| ("Edges", edges_words(ms))));
     if shown.has_splats {
         all.push(("Drawn", counts_words(report)));
     }
@@ -381,6 +383,15 @@ fn left_words(report: &FrameReport, key: &str) -> Option<String> {
     })
 }
 
+/// What was done for edges within pixels.
+fn edges_words(ms: f64) -> String {
+    format!(
+        "Smooth: each pixel is the mean of {} rays rather than one, which took {} more",
+        smooth::RAYS,
+        took_words(ms)
+    )
+}
+
 /// Kernels drawn of active of total, and by what.
 fn counts_words(report: &FrameReport) -> String {
     let by = match report.backend {
@@ -474,6 +485,18 @@ mod tests {
     /// What the line says of a picture at rest.
     fn at_rest(shown: &Shown) -> String {
         glance(Some(shown), &EngineState::Idle, false, None)
+    }
+
+    #[test]
+    fn smooth_edges_are_told_with_what_they_took() {
+        let mut shown = shown(LevelOfDetail::FULL, SplatSettings::EXACT);
+        let edges = |shown: &Shown| {
+            sentences(shown, "R").into_iter().find(|(what, _)| *what == "Edges").map(|(_, of)| of)
+        };
+        assert_eq!(edges(&shown), None);
+        shown.report.smoothed_ms = Some(412.0);
+        let told = edges(&shown).expect("it is told");
+        assert!(told.contains("mean of 5 rays") && told.ends_with("0.4 s more"), "{told}");
     }
 
     #[test]

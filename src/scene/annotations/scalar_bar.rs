@@ -11,7 +11,7 @@ use crate::kernel::Kernel;
 use crate::scene::{AlongRay, Index, PolygonLayer, Scene, Shading, VectorLayer};
 use crate::transfer::{ColourSource, Kind, TransferFunction};
 use crate::vector::{ColourBy, VectorSettings};
-use crate::volume::ScalarVolume;
+use crate::volume::{ScalarVolume, Statistics};
 
 /// Height of the bar, as a part of the picture's height, and its limits, ems.
 const SHARE: f64 = 0.55;
@@ -103,11 +103,7 @@ impl<'a> Legend<'a> {
             [low, high] if low == high && index == Index::Value => {
                 [low.min(statistics.min), high.max(statistics.max)]
             }
-            // Colours of values that are nowhere are left out.
-            [low, high] if index == Index::Value => {
-                let within = [low.max(statistics.min), high.min(statistics.max)];
-                if within[0] < within[1] { within } else { [low, high] }
-            }
+            range if index == Index::Value => within(range, statistics),
             range => range,
         };
         let opacities = scene.shading.opacity.as_ref().filter(|_| shown);
@@ -166,7 +162,10 @@ impl<'a> Legend<'a> {
             }
             false => None,
         };
-        let range = [a.min(b), a.max(b)];
+        let range = match colour_by {
+            ColourBy::Magnitude => within([a.min(b), a.max(b)], &layer.field.statistics),
+            _ => [a.min(b), a.max(b)],
+        };
         let colour = Box::new(move |at| transfer.colour_at(at).0);
         Self { title, range, colour, opacity, names: Vec::new() }
     }
@@ -189,6 +188,12 @@ impl<'a> Legend<'a> {
         let byte = |linear: f64| (srgb_from_linear(linear).clamp(0.0, 1.0) * 255.0).round() as u8;
         Ink { colour: Srgb8((self.colour)(index).map(byte)), opacity: 1.0 }
     }
+}
+
+/// Colours without those of values that are nowhere.
+fn within([low, high]: [f64; 2], statistics: &Statistics) -> [f64; 2] {
+    let within = [low.max(statistics.min), high.min(statistics.max)];
+    if within[0] < within[1] { within } else { [low, high] }
 }
 
 /// The names that have a colour each, where a function has nothing but such: steps, and one name between two of them.

@@ -69,7 +69,9 @@ impl Worker {
                 self.last_ladder = Some(ladder);
                 let makes_same =
                     |seen: &FrameRequest| seen.size == size && seen.scene.makes_same_picture(scene);
-                let finished = self.finished.take().filter(|(seen, _)| makes_same(seen));
+                let finished = self.finished.take().filter(|(seen, full)| {
+                    makes_same(seen) && (full.report.smoothed_ms.is_none() || smooths(request))
+                });
                 // Only how far to go has changed, or more bricks have come: nothing coarse is shown again, and nothing drawn
                 // that is there already.
                 let goes_on = self.lacking.take().is_some_and(|seen| makes_same(&seen));
@@ -81,14 +83,14 @@ impl Worker {
                     if seen.effort == request.effort && full.report.remaining_rmse.is_none() {
                         // A still came while it was looked at for what it is off by.
                         self.finished = Some((seen, full));
-                        return self.tell_remaining_of_full();
+                        return self.end_in_full();
                     }
                     let mut again = (*full).clone();
                     note_refined(request, &mut again);
                     let again = Arc::new(again);
                     self.finished = Some((request.clone(), Arc::clone(&again)));
                     self.publish(again);
-                    return self.tell_remaining_of_full();
+                    return self.end_in_full();
                 }
                 // A moving hand has seen it, or it was drawn before a still interrupted.
                 let seen = self.preview_of(request).is_some();
@@ -147,9 +149,9 @@ impl Worker {
                 if let Some(doublings) = doublings(request, full_ms)
                     && let Some(last) = self.converge(request, doublings, share)?
                 {
-                    return self.tell_remaining(last);
+                    return self.end(last);
                 }
-                self.tell_remaining_of_full()
+                self.end_in_full()
             }
         }
     }
@@ -544,6 +546,11 @@ impl Worker {
             }
         }
     }
+}
+
+/// Whether edges are to be smooth once a view rests.
+pub(super) fn smooths(request: &FrameRequest) -> bool {
+    matches!(request.effort, Effort::Rest { smooth_edges: true, .. })
 }
 
 /// What is to be done beyond a `full` that took `full_ms`.

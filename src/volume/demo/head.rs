@@ -6,8 +6,8 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{field, hash_unit, index_of, value_noise};
-use crate::core::parallel;
+use super::{each_of, field, hash_unit, index_of, value_noise};
+use crate::core::{Cancelled, Ticket};
 use crate::volume::{Grid, Lattice, Samples};
 
 /// Edge of the scanned cube, millimetres.
@@ -43,7 +43,7 @@ const LENS: f64 = 90.0;
 const TOOTH: f64 = 2400.0;
 
 /// One field `ct` of int16.
-pub(super) fn grid(size: usize) -> Grid {
+pub(super) fn grid(size: usize, ticket: &Ticket) -> Result<Grid, Cancelled> {
     let spacing = FIELD_OF_VIEW_MM / size as f64;
     let lattice = Lattice {
         dims: [size; 3],
@@ -53,19 +53,20 @@ pub(super) fn grid(size: usize) -> Grid {
     };
     let voxel = 2.0 / size as f64;
     let edge = BLUR * voxel;
-    let values = parallel::list(lattice.len(), |i| {
+    let value = |i| {
         let index = DVec3::from(index_of(lattice.dims, i).map(|j| j as f64));
         let p = (index + 0.5) * voxel - 1.0;
         let hu = density(p, edge) + NOISE_HU * gaussian(i as u64);
         #[expect(clippy::cast_possible_truncation, reason = "within ±4000 by construction")]
         let stored = hu.max(-1024.0).round() as i16;
         stored
-    });
-    Grid {
+    };
+    let values = each_of(lattice.len(), value, ticket)?;
+    Ok(Grid {
         space: Some("left-posterior-superior".to_owned()),
         unit: Some("mm".to_owned()),
         ..Grid::of(lattice, vec![field("ct", 1, Samples::Int16(values))])
-    }
+    })
 }
 
 /// A number of mean 0 and variance 1, from four even ones.

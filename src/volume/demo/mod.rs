@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::core::memory::{self, TooLarge};
-use crate::core::parallel;
+use crate::core::{Cancelled, Ticket, parallel};
 
 use super::{Association, Field, Grid, Lattice, Samples};
 
@@ -22,6 +22,9 @@ pub const NAMES: [&str; 8] =
     ["head", "tornado", "mesh", "marschner-lobb", "shells", "blobs", "checkerboard", "constant"];
 /// Samples along each axis that may be asked for.
 pub const SIZES: std::ops::RangeInclusive<usize> = 2..=512;
+
+/// Samples between two looks at the ticket: some 50 ms of the slowest demo.
+const A_PIECE: usize = 1 << 18;
 
 /// A demo that there is not.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -52,6 +55,9 @@ pub enum DemoError {
     /// More than memory holds.
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
+    /// It was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// The field of a demo that is first seen flowing, alone; `None` of demos that are seen as values, and of no demos.
@@ -92,6 +98,14 @@ fn sized(name: &'static str, size: Option<usize>, found: &str) -> Result<usize, 
 /// # Errors
 /// Names there are not, sizes outside [`SIZES`], and more than memory holds.
 pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
+    open_watched(name, size, &Ticket::new())
+}
+
+/// [`open`], which tells a ticket how far it is.
+///
+/// # Errors
+/// Those of [`open`], and [`DemoError::Cancelled`].
+pub fn open_watched(name: &str, size: Option<usize>, ticket: &Ticket) -> Result<Grid, DemoError> {
     let (name, own) = parsed(name)?;
     let size = match (own, size) {
         (Some(own), _) => Some(own),
@@ -118,17 +132,18 @@ pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
         memory::free_bytes(),
     )?;
     Ok(match name {
-        "head" => head::grid(size),
-        "tornado" => tornado::grid(size),
+        "head" => head::grid(size, ticket)?,
+        "tornado" => tornado::grid(size, ticket)?,
         "mesh" => mesh::grid(size),
         "marschner-lobb" => {
             let lattice = centred(size);
-            scalar(lattice, "density", Samples::Float32(sample(lattice, marschner_lobb)))
+            scalar(lattice, "density", Samples::Float32(sample(lattice, marschner_lobb, ticket)?))
         }
         "shells" => {
             let lattice = centred(size);
             let edge = lattice.spacing.x;
-            let values = sample(lattice, |p| shells(p, edge)).into_iter().map(|v| v.round() as u8);
+            let values = sample(lattice, |p| shells(p, edge), ticket)?;
+            let values = values.into_iter().map(|v| v.round() as u8);
             scalar(lattice, "shell", Samples::UInt8(values.collect()))
         }
         "blobs" => {
@@ -140,7 +155,7 @@ pub fn open(name: &str, size: Option<usize>) -> Result<Grid, DemoError> {
                     .map(|(at, s, w)| w * (-(p - at).length_squared() / (2.0 * s * s)).exp())
                     .sum()
             };
-            scalar(lattice, "density", Samples::Float32(sample(lattice, density)))
+            scalar(lattice, "density", Samples::Float32(sample(lattice, density, ticket)?))
         }
         "checkerboard" => {
             let lattice = centred(size);
@@ -171,9 +186,27 @@ fn index_of(dims: [usize; 3], i: usize) -> [usize; 3] {
 }
 
 /// A function of world position at every sample.
-fn sample(lattice: Lattice, f: impl Fn(DVec3) -> f64 + Sync) -> Vec<f32> {
+fn sample(
+    lattice: Lattice,
+    f: impl Fn(DVec3) -> f64 + Sync,
+    ticket: &Ticket,
+) -> Result<Vec<f32>, Cancelled> {
     let at = |i| DVec3::from(index_of(lattice.dims, i).map(|j| j as f64));
-    parallel::list(lattice.len(), |i| f(lattice.world_from_index(at(i))) as f32)
+    each_of(lattice.len(), |i| f(lattice.world_from_index(at(i))) as f32, ticket)
+}
+
+/// Something of each sample, some at a time; the ticket is told how far it is.
+fn each_of<T: Send>(
+    count: usize,
+    make: impl Fn(usize) -> T + Sync,
+    ticket: &Ticket,
+) -> Result<Vec<T>, Cancelled> {
+    let mut made = Vec::with_capacity(count);
+    for begin in (0..count).step_by(A_PIECE) {
+        ticket.checkpoint(begin as u64, count as u64)?;
+        parallel::extend(&mut made, A_PIECE.min(count - begin), |i| make(begin + i));
+    }
+    Ok(made)
 }
 
 fn field(name: &str, components: usize, samples: Samples) -> Field {
@@ -249,11 +282,22 @@ fn value_noise(p: DVec3, seed: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::Ticket;
+    use crate::core::assert_stops;
     use crate::volume::Component;
 
     /// Cubes around the ring of tetrahedra for each across its section.
     const AROUND_RING: usize = 6;
+
+    /// A large one tells how far it is, and stops where that is asked.
+    #[test]
+    fn large_demos_tell_how_far_they_are_and_stop() {
+        for (name, looks) in [("head:96", 4), ("tornado:96", 8), ("blobs:96", 4)] {
+            assert_stops(name, looks, |ticket| open_watched(name, None, ticket));
+            let ticket = Ticket::new();
+            open_watched(name, None, &ticket).unwrap();
+            assert!(ticket.fraction() > 0.5, "{name}: {}", ticket.fraction());
+        }
+    }
 
     #[test]
     fn every_demo_opens_small_and_twice_the_same() {

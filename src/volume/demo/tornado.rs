@@ -2,27 +2,28 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{centred, field, index_of};
-use crate::core::parallel;
+use super::{centred, each_of, field, index_of};
+use crate::core::{Cancelled, Ticket};
 use crate::volume::{Grid, Samples};
 
 /// Circulation: swirl times radius far out.
 const CIRCULATION: f64 = 0.5;
 
 /// `condensation`, `speed`, then the three components of `velocity`.
-pub(super) fn grid(size: usize) -> Grid {
+pub(super) fn grid(size: usize, ticket: &Ticket) -> Result<Grid, Cancelled> {
     let lattice = centred(size);
     let at = |i| lattice.world_from_index(DVec3::from(index_of(lattice.dims, i).map(|j| j as f64)));
-    let velocities: Vec<[f32; 3]> =
-        parallel::list(lattice.len(), |i| velocity(at(i)).to_array().map(|v| v as f32));
-    let condensation = parallel::list(lattice.len(), |i| condensation(at(i)) as f32);
+    let wind = |i| velocity(at(i)).to_array().map(|v| v as f32);
+    let velocities: Vec<[f32; 3]> = each_of(lattice.len(), wind, &ticket.part(0, 2))?;
+    let cloud = |i| condensation(at(i)) as f32;
+    let condensation = each_of(lattice.len(), cloud, &ticket.part(1, 2))?;
     let speed = velocities.iter().map(|v| v.iter().map(|c| c * c).sum::<f32>().sqrt());
     let fields = vec![
         field("condensation", 1, Samples::Float32(condensation)),
         field("speed", 1, Samples::Float32(speed.collect())),
         field("velocity", 3, Samples::Float32(velocities.into_flattened())),
     ];
-    Grid::of(lattice, fields)
+    Ok(Grid::of(lattice, fields))
 }
 
 /// Where the axis stands at a height −1..=1, and its slope.
