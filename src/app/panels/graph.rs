@@ -6,7 +6,7 @@ use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, pos2};
 use crate::app::{theme, words};
 use crate::core::LinearRgb;
 use crate::core::colour::srgb_from_linear;
-use crate::transfer::TransferFunction;
+use crate::transfer::{Kind, TransferFunction};
 use crate::volume::Statistics;
 
 /// Colour samples across the graph.
@@ -50,6 +50,10 @@ impl GraphView {
     /// The range of values that is shown, of some width.
     pub fn range(&self, statistics: &Statistics, colours: [f64; 2]) -> [f64; 2] {
         let [a, b] = match self.extent {
+            // A name takes half a number on either side.
+            Extent::All if Kind::of(statistics) == Kind::Labels => {
+                [statistics.min - 0.5, statistics.max + 0.5]
+            }
             Extent::All => [statistics.min, statistics.max],
             Extent::Colours => colours,
             Extent::Percentiles => self.percentile_range(statistics),

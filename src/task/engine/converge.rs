@@ -30,14 +30,20 @@ pub(super) struct Doublings {
     spent_ms: f64,
     /// Milliseconds that all of them may take.
     within_ms: f64,
+    /// Pictures of as many slabs as the last one that are drawn of it, itself among them: smooth edges take more of these.
+    each: f64,
     growth: f64,
     decay: f64,
 }
 
 impl Doublings {
-    /// None yet, after a `full` that took `full_ms`. `None` where there are no slabs to double, or
-    /// nobody wants it.
-    pub(super) fn after_full(splat: &SplatSettings, full_ms: f64, within_ms: f64) -> Option<Self> {
+    /// None yet, after a `full` that took `full_ms`; of the last of them `each` are drawn. `None` where there are no slabs to
+    /// double, or nobody wants it.
+    pub(super) fn after_full(
+        splat: &SplatSettings,
+        full_ms: f64,
+        (within_ms, each): (f64, f64),
+    ) -> Option<Self> {
         let wanted = splat.visibility == Visibility::Slabs && within_ms > 0.0;
         let convergence =
             Convergence { slabs_per_voxel: splat.slabs_per_voxel, last_difference: None };
@@ -46,6 +52,7 @@ impl Doublings {
             last_ms: full_ms,
             spent_ms: 0.0,
             within_ms,
+            each,
             growth: USUAL_GROWTH,
             decay: USUAL_DECAY,
         })
@@ -90,7 +97,7 @@ impl Doublings {
     pub(super) fn goes_on(&self) -> bool {
         let left_ms = self.left_ms();
         let next_ms = left_ms.min(self.last_ms * self.growth);
-        left_ms > 0.0 && self.spent_ms + next_ms <= self.within_ms
+        left_ms > 0.0 && self.spent_ms + next_ms * self.each <= self.within_ms
     }
 
     /// Shares of the way from `full` to the end that are behind, and that will be after one more.
@@ -183,16 +190,16 @@ mod tests {
     use super::*;
 
     fn after_full(within_ms: f64) -> Doublings {
-        Doublings::after_full(&SplatSettings::EXACT, 10.0, within_ms).unwrap()
+        Doublings::after_full(&SplatSettings::EXACT, 10.0, (within_ms, 1.0)).unwrap()
     }
 
     #[test]
     fn only_slabs_are_doubled_and_only_where_that_is_wanted() {
-        assert_eq!(Doublings::after_full(&SplatSettings::SHADE_FIRST, 10.0, 1e9), None);
-        assert_eq!(Doublings::after_full(&SplatSettings::EXACT, 10.0, 0.0), None);
+        assert_eq!(Doublings::after_full(&SplatSettings::SHADE_FIRST, 10.0, (1e9, 1.0)), None);
+        assert_eq!(Doublings::after_full(&SplatSettings::EXACT, 10.0, (0.0, 1.0)), None);
         let finest =
             SplatSettings { slabs_per_voxel: MOST_SLABS_PER_VOXEL, ..SplatSettings::EXACT };
-        let finest = Doublings::after_full(&finest, 10.0, 1e9).unwrap();
+        let finest = Doublings::after_full(&finest, 10.0, (1e9, 1.0)).unwrap();
         assert!(!finest.goes_on() && finest.left_ms() == 0.0, "{finest:?}");
     }
 
@@ -203,6 +210,11 @@ mod tests {
         assert!((whole_ms - 254.0).abs() < 0.1, "{whole_ms}");
         assert!(!after_full(18.0).goes_on());
         assert!(after_full(20.0).goes_on());
+        // Where edges are smoothed after it, five of the next picture are to fit.
+        let with_edges = |within_ms| {
+            Doublings::after_full(&SplatSettings::EXACT, 10.0, (within_ms, 5.0)).unwrap()
+        };
+        assert!(!with_edges(94.0).goes_on() && with_edges(96.0).goes_on());
     }
 
     #[test]

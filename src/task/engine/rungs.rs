@@ -19,6 +19,7 @@ use crate::task::estimate::{self, Checked, Coarseness};
 use crate::task::level::LevelOfDetail;
 use crate::task::previews::Reduction;
 use crate::task::remaining::Told;
+use crate::task::smooth;
 
 /// A middle rung may take this share of what `full` takes.
 const MIDDLE_SHARE: f64 = 0.1;
@@ -557,7 +558,9 @@ pub(super) fn smooths(request: &FrameRequest) -> bool {
 fn doublings(request: &FrameRequest, full_ms: f64) -> Option<Doublings> {
     match request.effort {
         Effort::Rest { converge_ms, .. } => {
-            Doublings::after_full(&request.scene.splat, full_ms, converge_ms)
+            let smooths = smooths(request) && smooth::has_edges(&request.plan());
+            let each = if smooths { f64::from(smooth::RAYS) } else { 1.0 };
+            Doublings::after_full(&request.scene.splat, full_ms, (converge_ms, each))
         }
         Effort::Moving { .. } => None,
     }
