@@ -108,6 +108,7 @@ mod tests {
             native_stages: Vec::new(),
             adapter: String::new(),
             frame_ms: Vec::new(),
+            smoothed_ms: None,
             field: None,
             estimated_rmse: None,
             estimated_within_db: crate::task::remaining::WITHIN_DB,

@@ -100,3 +100,36 @@ fn modes_that_are_judged_are_shown_as_they_are() {
     assert_eq!(bench.request_count(), asked);
     assert!(bench.harness.query_by_label_contains("This mode cannot be refined further").is_some());
 }
+
+/// Whether edges are to be smooth at rest.
+fn smooths(bench: &Bench) -> bool {
+    match bench.last_request().effort {
+        Effort::Rest { smooth_edges, .. } => smooth_edges,
+        moving @ Effort::Moving { .. } => panic!("not at rest: {moving:?}"),
+    }
+}
+
+/// Edges are smooth at rest and in files unless somebody says otherwise, and never while modes are judged.
+#[test]
+fn edges_are_smooth_at_rest_and_in_files_until_that_is_switched_off() {
+    let mut bench = Bench::opened();
+    assert!(smooths(&bench));
+    bench.harness.key_press(Key::A);
+    bench.settle();
+    assert!(!smooths(&bench), "the accuracy panel shows modes as they are");
+    bench.harness.key_press(Key::A);
+    bench.settle();
+    assert!(smooths(&bench));
+    let save = |bench: &mut Bench| {
+        bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+        bench.harness.run_steps(3);
+        press(bench, "Save");
+        bench.wait_until(|window| !window.notices().shown().is_empty());
+        bench.saved().smooth_edges
+    };
+    assert!(save(&mut bench));
+    bench.wait_until(|window| window.notices().shown().is_empty());
+    bench.harness.get_by_role_and_label(Role::CheckBox, "Smooth edges at rest").click();
+    bench.settle();
+    assert!(!smooths(&bench) && !save(&mut bench));
+}

@@ -330,6 +330,7 @@ fn jaw_and_spine(tissue: &mut Tissue, m: DVec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::parallel;
 
     fn at(x: f64, y: f64, z: f64) -> f64 {
         density(DVec3::new(x, y, z), 2.0 / 128.0)
@@ -392,7 +393,7 @@ mod tests {
 
     #[test]
     fn the_head_touches_no_side_but_the_neck_and_noise_stays_small() {
-        let grid = grid(48);
+        let grid = grid(48, &Ticket::new()).unwrap();
         let get = |x: usize, y: usize, z: usize| grid.fields[0].samples.get((z * 48 + y) * 48 + x);
         for a in 0..48 {
             for b in 0..48 {

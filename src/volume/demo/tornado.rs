@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn the_speed_is_the_length_of_the_velocity() {
-        let grid = grid(9);
+        let grid = grid(9, &Ticket::new()).unwrap();
         let (speed, velocity) = (&grid.fields[1].samples, &grid.fields[2].samples);
         for i in 0..speed.len() {
             let length = (0..3).map(|c| velocity.get(3 * i + c).powi(2)).sum::<f64>().sqrt();
