@@ -422,7 +422,7 @@ mod tests {
             _ => None,
         };
         let (mut pacing, mut scene, mut settings) =
-            (Pacing::default(), scene(), Settings::default());
+            (Pacing::default(), scene(), Settings { smooth_edges: false, ..Settings::default() });
         let decide = |pacing: &mut Pacing, scene: &Scene, settings: &Settings, secs| {
             converge_ms(&pacing.decide(scene, [10, 10], settings, secs, false))
         };
@@ -444,6 +444,26 @@ mod tests {
         scene.splat.slabs_per_voxel = 0.5;
         decide(&mut pacing, &scene, &settings, 8.0);
         assert_eq!(decide(&mut pacing, &scene, &settings, 9.0), Some(0.0), "chosen to be coarse");
+    }
+
+    /// Modes are judged without smooth edges: a picture that has such is drawn anew, and no other one is.
+    #[test]
+    fn what_is_judged_is_asked_for_again_only_where_its_edges_were_smoothed() {
+        let (scene, settings) = (scene(), Settings { converge: false, ..Settings::default() });
+        for is_smooth in [false, true] {
+            let mut pacing = Pacing::default();
+            pacing.decide(&scene, [10, 10], &settings, 0.0, false);
+            pacing.keep_full(is_smooth);
+            pacing.set_judging(true);
+            let asked = pacing.decide(&scene, [10, 10], &settings, 1.0, false);
+            assert_eq!(effort(&asked).is_some(), is_smooth);
+            if let Some(effort) = effort(&asked) {
+                assert!(matches!(effort, Effort::Rest { smooth_edges: false, .. }), "{effort:?}");
+            }
+            pacing.set_judging(false);
+            let again = effort(&pacing.decide(&scene, [10, 10], &settings, 2.0, false));
+            assert!(matches!(again, Some(Effort::Rest { smooth_edges: true, .. })), "{again:?}");
+        }
     }
 
     #[test]
