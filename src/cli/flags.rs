@@ -624,7 +624,7 @@ pub struct RenderFlags {
     #[arg(long, value_enum)]
     pub refine: Option<RefineFlag>,
     /// Draw isosurfaces, slices, cuts, labels and the borders of cells with the steps of their pixels, one ray each, rather
-    /// than with smooth edges, five rays each; --refine coarse does so in any case
+    /// than with smooth edges, five rays each; --refine coarse and --loop do so in any case
     #[arg(long)]
     pub no_smooth_edges: bool,
     /// With --refine coarse: greatest RMSE against `full`, linear light, of the coarsest octree cut within it: of the field,

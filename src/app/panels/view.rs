@@ -290,8 +290,8 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
     ui.checkbox(&mut settings.smooth_edges, "Smooth edges at rest").on_hover_text(
         "Once the full picture is there, draw it through four more places of each pixel and show the mean, so that isosurfaces, \
          slices, cuts, labels and the borders of meshes end without steps: four times the work again, beside which the view can be \
-         turned at once. Other pictures have no such edges, and take no longer. Saved pictures are smoothed, too; comparisons and \
-         the accuracy panel are not",
+         turned at once. Other pictures have no such edges, and take no longer. Saved pictures are smoothed, too; saved loops, comparisons \
+         and the accuracy panel are not",
     );
     ui.checkbox(&mut settings.full_quality_while_moving, "Full quality while moving")
         .on_hover_text(
