@@ -1447,7 +1447,24 @@ fn an_encoding_that_comes_not_as_near_as_asked_for_is_refused_or_said_to_be_furt
     let asked = ["encode", "demo:checkerboard:8", "--output", name, "--max-error", "0.001%"];
     let refused = voxsplat(&asked);
     assert_eq!(refused.status.code(), Some(1), "{}", errors(&refused));
-    assert!(errors(&refused).contains("--functions") && !path.exists(), "{}", errors(&refused));
+    let said = errors(&refused);
+    assert!(said.contains("--functions") && said.ends_with("written all the same\n"), "{said}");
+    let nearest = std::fs::read(&path).expect("what came nearest");
+    // It is kept, but nothing that was there before is lost for it.
+    std::fs::write(&path, "another").expect("room");
+    let said = errors(&voxsplat(&asked));
+    assert!(!said.contains("written all") && std::fs::read(&path).expect("it") == b"another");
+    std::fs::write(&path, &nearest).expect("room");
+    let more = voxsplat(&[&asked[..], &["--resume", name]].concat());
+    assert_eq!(more.status.code(), Some(1), "{}", errors(&more));
+    assert!(errors(&more).contains("written all the same"), "{}", errors(&more));
+    for (command, wrong) in [("encode", "x.nrrd"), ("convert", "x.vrbf")] {
+        let mut asked = vec![command, "demo:blobs:8", "-o", wrong];
+        asked.extend((command == "encode").then_some(["--functions", "5"]).into_iter().flatten());
+        let said = voxsplat(&asked);
+        assert_eq!(said.status.code(), Some(2), "{}", errors(&said));
+        assert!(errors(&said).contains("expected a name that ends in ."), "{}", errors(&said));
+    }
     let few = voxsplat(&[&asked[..], &["--functions", "5"]].concat());
     assert_eq!(few.status.code(), Some(0), "{}", errors(&few));
     assert!(errors(&few).contains("not reached") && path.exists(), "{}", errors(&few));

@@ -39,8 +39,8 @@ pub struct EncodeFlags {
     #[arg(long, value_name = "N", value_parser = values::bytes, allow_hyphen_values = true)]
     pub bytes: Option<u64>,
     /// Functions at most: what comes nearest by so many is written, also if that is further than --max-error or
-    /// --mean-error [default: one for every 20 samples, one for each where these are at most 50, and nothing is written where
-    /// they do not suffice; with --bytes as many as they hold]
+    /// --mean-error [default: one for every 20 samples, one for each where these are at most 50, and an error where they do
+    /// not suffice, with what came nearest unless another file would be replaced; with --bytes as many as they hold]
     #[arg(long, value_name = "N", value_parser = values::functions, allow_hyphen_values = true)]
     pub functions: Option<usize>,
     /// Ends after the round in which so many seconds have passed: what comes nearest until then is written, also if that is
@@ -104,7 +104,15 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     let named =
         [("the file", Some(flags.input.file.as_path())), ("--output", Some(&*flags.output))];
     refuse_one_place(&named)?;
+    require_ending(&flags.output, "basis functions", "vrbf")?;
     let destination = Destination::check(&flags.output, "the functions")?;
+    // What falls short of a goal takes the place of nothing but the fit that it went on from.
+    let is_free = match &destination {
+        Destination::File(_) => {
+            !flags.output.exists() || flags.resume.as_ref() == Some(&flags.output)
+        }
+        Destination::Stdout(_) => false,
+    };
     let earlier = flags.resume.as_deref().map(vrbf::load).transpose().map_err(Failure::failed)?;
     // The fit goes on in its place.
     flags.resume.as_deref().into_iter().for_each(may_be_replaced);
@@ -151,6 +159,7 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
     let errors = encoded.errors;
     let count = counted(encoded.encoding.functions().len(), "function");
     let is_reached = encoded.is_as_near_as_asked_for();
+    let mut short = None;
     if !is_reached {
         let wanted = wanted_words(&encoded);
         if flags.functions.is_none() && bytes.is_none() && flags.seconds.is_none() {
@@ -161,14 +170,19 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
                 }
                 _ => {
                     "ask for less, or say with --functions how many may be taken, or with --seconds how long it may take: what \
-                     comes nearest is written then"
+                     comes nearest is enough then"
                 }
             };
-            return Err(failed(&format!(
+            let sentence = format!(
                 "expected {wanted} at most, found that {count} have this: {errors}; {advice}"
-            )));
+            );
+            if !is_free {
+                return Err(failed(&sentence));
+            }
+            short = Some(failed(&format!("{sentence}. These are written all the same")));
+        } else {
+            note(&format!("{wanted} was not reached"));
         }
-        note(&format!("{wanted} was not reached"));
     }
     if is_late && encoded.encoding.functions().len() < asked.functions {
         note(&ended_early(&encoded, asked.functions));
@@ -199,7 +213,19 @@ pub(super) fn encode(flags: &EncodeFlags) -> Result<(), Failure> {
             start.elapsed().as_secs_f64()
         ));
     }
-    Ok(())
+    short.map_or(Ok(()), Err)
+}
+
+/// A name that says what is written to it, or `-`.
+fn require_ending(path: &Path, what: &str, ending: &str) -> Result<(), Failure> {
+    let has_it = path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
+    match has_it || path == Path::new("-") {
+        true => Ok(()),
+        false => Err(Failure::Usage(format!(
+            "expected a name that ends in .{ending} for {what}, found another; choose such a name: {}",
+            path.display()
+        ))),
+    }
 }
 
 /// That no more functions were made in the time that there was.
@@ -292,6 +318,7 @@ pub(super) fn convert(flags: &ConvertFlags) -> Result<(), Failure> {
     let named =
         [("the file", Some(flags.input.file.as_path())), ("--output", Some(&*flags.output))];
     refuse_one_place(&named)?;
+    require_ending(&flags.output, "samples", "nrrd")?;
     let destination = Destination::check(&flags.output, "the volume")?;
     let input = open::grid_at(&flags.input, flags.field.as_deref(), flags.dims)?;
     if flags.dims.is_some() && input.encoding.is_none() {
