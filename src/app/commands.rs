@@ -295,8 +295,12 @@ impl Window {
         add(scene);
         self.show_section(ctx, INSIDE);
         self.tell_of_inside(before);
-        if self.scene.as_ref().is_some_and(|scene| scene.inside.slices.len() > slices) {
-            self.offer_to_fit("The slice reaches beyond this view");
+        let Some(scene) = &self.scene else { return };
+        if scene.inside.slices.len() > slices
+            && let Some(slice) = scene.inside.slices.last()
+        {
+            let frame = slice.plane.outline(&scene.lattice());
+            self.offer_to_fit(&frame, "The slice reaches beyond this view");
         }
     }
 
@@ -327,7 +331,7 @@ impl Window {
             let is_on = scene.inside.clip.bounds.is_some();
             self.show_section(ctx, CLIP);
             if is_on {
-                self.offer_to_fit("The clip box reaches beyond this view");
+                self.offer_to_fit_box("The clip box reaches beyond this view");
             }
         }
     }
@@ -336,7 +340,7 @@ impl Window {
         let switch = self.settings.annotations.switch(which);
         *switch = !*switch;
         if *switch && which == Annotation::Axes {
-            self.offer_to_fit("The axes reach beyond this view");
+            self.offer_to_fit_box("The axes reach beyond this view");
         }
     }
 

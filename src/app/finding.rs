@@ -7,7 +7,7 @@ use super::dialogs::find::Findable;
 use super::layout::{NO_SIDE_ROOM, has_side_room};
 use super::modes;
 use super::panels::flow::FLOW;
-use super::panels::places::{PLACES, Place};
+use super::panels::places::{PLACES, Place, SAVE_LOOP};
 use super::panels::{self, ON_TOP, SPLATS, VECTORS};
 use super::window::Window;
 
@@ -79,6 +79,9 @@ impl Window {
                 panels::seek_row(ctx, place.section, place.name);
                 if place.name == FLOW {
                     panels::seek(ctx, FLOW);
+                }
+                if place.name == SAVE_LOOP {
+                    self.ask_to_save_loop();
                 }
             }
         }

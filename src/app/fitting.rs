@@ -35,23 +35,27 @@ impl Window {
 
     /// Offers to show all, where a part of the volume's box, or of what is left of it by a clip box, lies beside the picture: what was
     /// switched on reaches as far.
-    pub(super) fn offer_to_fit(&mut self, sentence: &str) {
+    pub(super) fn offer_to_fit_box(&mut self, sentence: &str) {
         // A view of everything that nobody has moved takes it in by itself.
         let Some(scene) = self.scene.as_ref().filter(|_| self.unmoved_view().is_none()) else {
             return;
         };
-        let (view, size) =
-            (View::new(scene, self.viewport_size), self.viewport_size.map(f64::from));
         let left = scene.inside.clip.bounds.unwrap_or(ClipBox::WHOLE);
         let [low, high] = left.in_index(scene.lattice().dims);
-        let is_beside = |corner: u32| {
-            let share = |axis: u32| f64::from(corner >> axis & 1);
-            let at = low + (high - low) * DVec3::new(share(0), share(1), share(2));
-            let is_in =
-                |at: DVec2| (0.0..=size[0]).contains(&at.x) && (0.0..=size[1]).contains(&at.y);
-            !view.point_on_picture(at).is_some_and(is_in)
+        let corner = |bits: u32| {
+            let share = |axis: u32| f64::from(bits >> axis & 1);
+            low + (high - low) * DVec3::new(share(0), share(1), share(2))
         };
-        if (0..8).any(is_beside) {
+        self.offer_to_fit(&[0, 1, 2, 3, 4, 5, 6, 7].map(corner), sentence);
+    }
+
+    /// The same where any of some places, index space, lies beside the picture.
+    pub(super) fn offer_to_fit(&mut self, places: &[DVec3], sentence: &str) {
+        let Some(scene) = &self.scene else { return };
+        let (view, size) =
+            (View::new(scene, self.viewport_size), self.viewport_size.map(f64::from));
+        let is_in = |at: DVec2| (0.0..=size[0]).contains(&at.x) && (0.0..=size[1]).contains(&at.y);
+        if places.iter().any(|at| !view.point_on_picture(*at).is_some_and(is_in)) {
             self.notices.offer(Action::FitView, sentence);
         }
     }

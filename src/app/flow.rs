@@ -13,6 +13,7 @@ use super::window::Window;
 use crate::core::Ticket;
 use crate::polygons::Mesh;
 use crate::scene::{Layer, Look, PolygonLayer, SampleSource, VectorLayer};
+use crate::transfer::ColourSource;
 use crate::vector::{self, Following, GlyphError, Seeds, StreamlineError};
 
 /// Where streamlines begin.
@@ -71,8 +72,8 @@ pub enum FlowShape {
     Arrows,
 }
 
-/// What is being made.
-type Made = Result<Mesh, Option<String>>;
+/// What is being made, and the colours of the lengths on it.
+type Made = Result<(Mesh, ColourSource), Option<String>>;
 
 /// The window's side of them.
 #[derive(Debug, Default)]
@@ -90,7 +91,9 @@ fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Tick
     };
     match shape {
         FlowShape::Arrows => {
-            vector::arrows(field, transfer, choice.every as usize, 0.9, ticket).map_err(refused)
+            let every = choice.every as usize;
+            let arrows = vector::arrows(field, transfer, every, 0.9, ticket).map_err(refused)?;
+            Ok((arrows, transfer.colour.clone()))
         }
         FlowShape::Streamlines => {
             let FlowChoice { seeds, place, ends, axis, share, radius, .. } = choice;
@@ -110,7 +113,9 @@ fn made(layer: &VectorLayer, choice: FlowChoice, shape: FlowShape, ticket: &Tick
                 StreamlineError::Cancelled(_) => None,
                 refused => Some(refused.to_string()),
             })?;
-            vector::tubes(&lines, &layer.colours_of_lines(), radius * step).map_err(refused)
+            let colours = layer.colours_of_lines();
+            let tubes = vector::tubes(&lines, &colours, radius * step).map_err(refused)?;
+            Ok((tubes, colours.colour))
         }
     }
 }
@@ -137,11 +142,11 @@ impl Window {
         let was_cancelled = self.flow.job.take().is_some_and(|job| job.is_cancelled());
         let Some(scene) = self.scene.as_mut().filter(|_| !was_cancelled) else { return };
         match ended {
-            Ended::Finished(Ok(mesh)) => {
+            Ended::Finished(Ok((mesh, colours))) => {
                 self.notices.settle();
                 let source = SampleSource::made(mesh.name());
                 let (places, name) = (mesh.spread_places(), mesh.name().to_owned());
-                let mut layer = PolygonLayer::new(Arc::new(mesh));
+                let mut layer = PolygonLayer::of_vectors(Arc::new(mesh), &colours);
                 let is_of_name = |old: &Layer| {
                     (&old.source.path, &old.source.field) == (&source.path, &source.field)
                 };

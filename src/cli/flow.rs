@@ -156,11 +156,12 @@ impl FlowFlags {
                 false => layer.colours_of_lines(),
             };
             let tubes = vector::tubes(&lines, &colours, radius).map_err(Failure::failed)?;
-            found.push(PolygonLayer::new(Arc::new(tubes)));
+            found.push(PolygonLayer::of_vectors(Arc::new(tubes), &colours.colour));
         }
         if let Some(Arrows { every, size }) = self.arrows {
             let arrows = vector::arrows(field, transfer, every, size, &ticket);
-            found.push(PolygonLayer::new(Arc::new(arrows.map_err(Failure::failed)?)));
+            let arrows = Arc::new(arrows.map_err(Failure::failed)?);
+            found.push(PolygonLayer::of_vectors(arrows, &transfer.colour));
         }
         if self.no_vector_splats {
             match *alone {

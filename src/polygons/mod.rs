@@ -15,5 +15,5 @@ mod soft;
 pub use levels::{Numbered, between_levels};
 pub use mesh::{Mesh, MeshArray, MeshError, MeshValues, Triangle};
 pub use nets::{NOTHING, Nets, Surface};
-pub use shapes::Shapes;
+pub use shapes::{Paint, Shapes};
 pub use soft::SOFT_DEGREES;

@@ -124,6 +124,17 @@ impl PolygonLayer {
         Self { look: PolygonLook { by, ..layer.look }, ..layer }
     }
 
+    /// Shapes of vectors as they are first seen: in a map's colours by the lengths that are their first numbers, which have a bar
+    /// then; in their own colours where these are no map's.
+    pub fn of_vectors(mesh: Arc<Mesh>, colours: &ColourSource) -> Self {
+        let layer = Self::new(mesh);
+        let by = match *colours {
+            ColourSource::Map { map, range } => Some(ByArray { array: 0, map, range }),
+            ColourSource::Stops(_) => None,
+        };
+        Self { look: PolygonLook { by, ..layer.look }, ..layer }
+    }
+
     /// Which of the mesh's arrays colours it.
     pub fn array(&self) -> Option<usize> {
         match self.field_colours {

@@ -21,11 +21,11 @@ const FOOT: f64 = 0.05;
 /// Opacity of every label: little of what lies behind a face shows, so that light makes its shape.
 pub(super) const LABEL_OPACITY: f64 = 0.9;
 /// Over a median edge of cells, where their values are least and greatest.
-const CELL_OPACITY: [f64; 2] = [0.3, 0.7];
+const CELL_OPACITY: [f64; 2] = [0.75, 0.9];
 /// So many unit distances through cells are enough to show them.
 const THICK_CELLS: f64 = 1.5;
 /// Opacity of thin cells at most, so that what lies behind shows a little.
-const MOST_OF_CELLS: f64 = 0.97;
+const MOST_OF_CELLS: f64 = 0.995;
 /// Where matter of a map begins and is dense, in standard deviations of its noise.
 const MAP_LEVELS: [f64; 2] = [2.5, 5.0];
 /// Values that are about normally distributed reach as far above their median as below it, up to this logarithm of the ratio,
@@ -746,11 +746,11 @@ mod tests {
             let opacity = of_cells(&statistics, depth).opacity_at(0.25);
             1.0 - (1.0 - opacity).powf(depth)
         };
-        assert_eq!(of_cells(&statistics, 1.5).opacity_at(0.25), 0.3);
-        assert_eq!(of_cells(&statistics, 40.0).opacity_at(0.25), 0.3);
-        for depth in [0.2, 0.5, 1.5] {
-            // 1.5 unit distances of 0.3.
-            assert!((through(depth) - (1.0 - 0.7_f64.powf(1.5))).abs() < 1e-12, "{depth}");
+        assert_eq!(of_cells(&statistics, 1.5).opacity_at(0.25), 0.75);
+        assert_eq!(of_cells(&statistics, 40.0).opacity_at(0.25), 0.75);
+        for depth in [0.5, 1.5] {
+            // 1.5 unit distances of 0.75.
+            assert!((through(depth) - (1.0 - 0.25_f64.powf(1.5))).abs() < 1e-12, "{depth}");
         }
         assert_eq!(of_cells(&statistics, 0.0).opacity_at(1.0), MOST_OF_CELLS);
     }

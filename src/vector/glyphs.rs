@@ -2,7 +2,7 @@
 
 use crate::core::colour::srgb_from_linear;
 use crate::core::{Cancelled, Srgb8, Ticket};
-use crate::polygons::{Mesh, MeshError, Shapes};
+use crate::polygons::{Mesh, MeshError, Paint, Shapes};
 use crate::transfer::TransferFunction;
 use crate::volume::{Places, VectorField};
 
@@ -39,6 +39,16 @@ pub enum GlyphError {
     Cancelled(#[from] Cancelled),
 }
 
+/// The numbers on shapes of vectors.
+const LENGTH: &str = "length";
+
+/// What shapes have where vectors are so long.
+fn paint(transfer: &TransferFunction, length: f64) -> Paint {
+    #[expect(clippy::cast_possible_truncation, reason = "vectors have 32 bits")]
+    let number = length as f32;
+    Paint { colour: colour(transfer, length), number }
+}
+
 /// The colour of a length by a map.
 fn colour(transfer: &TransferFunction, length: f64) -> Srgb8 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0..=255")]
@@ -61,7 +71,7 @@ pub fn tubes(
     let mut shapes = Shapes::default();
     for line in lines {
         let places = line.places.iter().zip(&line.speeds);
-        let places: Vec<_> = places.map(|(p, speed)| (*p, colour(transfer, *speed))).collect();
+        let places: Vec<_> = places.map(|(p, speed)| (*p, paint(transfer, *speed))).collect();
         shapes.tube(&places, radius);
     }
     let none = GlyphError::None {
@@ -75,7 +85,7 @@ pub fn tubes(
     };
     match shapes.is_empty() {
         true => Err(none),
-        false => shapes.mesh("streamlines").map_err(GlyphError::Mesh),
+        false => shapes.mesh("streamlines", LENGTH).map_err(GlyphError::Mesh),
     }
 }
 
@@ -117,14 +127,14 @@ pub fn arrows(
                     Places::Points { .. } => axes.determinant().abs().cbrt(),
                 };
                 let by = vector / length * (length / most * size * step * every as f64);
-                shapes.arrow(place - by / 2.0, by, colour(transfer, length));
+                shapes.arrow(place - by / 2.0, by, paint(transfer, length));
             }
         }
     }
     let none = GlyphError::None { what: "vectors other than zero", advice: "show another field" };
     match shapes.is_empty() {
         true => Err(none),
-        false => shapes.mesh("arrows").map_err(GlyphError::Mesh),
+        false => shapes.mesh("arrows", LENGTH).map_err(GlyphError::Mesh),
     }
 }
 
@@ -166,6 +176,8 @@ mod tests {
                 assert!(r.abs_diff(expected) <= 1, "{corner} {r} {expected}");
             }
         }
+        let [low, high] = mesh.arrays()[0].range().unwrap();
+        assert!(mesh.arrays()[0].name == "length" && low >= 1.0 && high <= 9.0 && high - low > 7.0);
         assert!(tubes(&[], &map(), 0.1).unwrap_err().to_string().contains("streamlines"));
     }
 

@@ -3,6 +3,7 @@
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
+use voxsplat::app::panels::marked_row;
 use voxsplat::app::panels::places::PLACES;
 use voxsplat::app::settings::Settings;
 use voxsplat::scene::AlongRay;
@@ -93,6 +94,28 @@ fn a_row_that_is_found_comes_into_sight_even_above_all_sections() {
     assert_eq!(along(&bench), AlongRay::Maximum);
     find(&mut bench, "splat", 0);
     assert!(!bench.shows("About Voxsplat") && bench.shows("Reconstruction"), "the section first");
+}
+
+/// Rows are marked whatever they are: with a picture of what they mean, a switch, or a slider.
+#[test]
+fn a_row_that_is_found_is_marked() {
+    let mut bench = Bench::opened();
+    for name in ["Extent", "Smooth edges at rest", "Frame budget", "Coloured faces"] {
+        find(&mut bench, name, 0);
+        assert_eq!(marked_row(&bench.harness.ctx), Some(name));
+    }
+}
+
+/// What opens a dialog where it stands opens it from here.
+#[test]
+fn saving_a_loop_is_found_and_asks_where_to() {
+    let mut bench = Bench::with_settings(Settings::default());
+    bench.open("triples.nrrd");
+    bench.settle();
+    bench.choose("Vectors", "wind");
+    bench.wait_until(|window| window.scene().is_some_and(|scene| !scene.vectors().is_empty()));
+    find(&mut bench, "save loop", 0);
+    assert!(bench.shows("Cycle"));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::inside::{listed_ui, note_ui, remove_ui};
 use super::lists::ListUi;
 use super::range::{Numbers, range_ui};
-use super::{row_ui, slider_ui, typed};
+use super::{row_ui, slider_ui, switch_ui, typed};
 use crate::app::modes;
 use crate::core::Camera;
 use crate::scene::{
@@ -58,7 +58,7 @@ pub fn clip_ui(
     ui.horizontal(|ui| {
         let has_faces = clip.cuts() && *along == AlongRay::Composite;
         let faces = ui.add_enabled_ui(has_faces || coloured, |ui| {
-            ui.checkbox(&mut coloured, "Coloured faces")
+            switch_ui(ui, &mut coloured, "Coloured faces")
                 .on_hover_text(
                     "Where matter is cut, show its value in its colour instead of what lies behind",
                 )

@@ -47,6 +47,7 @@ use eframe::egui::{
     Align, CollapsingHeader, DragValue, Label, Layout, Response, RichText, Slider, Ui, vec2,
 };
 
+pub use self::sought::marked_row;
 pub(super) use self::sought::{in_section_ui, seek, seek_row};
 use self::sought::{show_sought, take_sought};
 use super::theme;
@@ -135,6 +136,13 @@ pub(super) fn facts_ui(ui: &mut Ui, rows: &[(&str, String, &str)]) {
 /// A faint name before a widget.
 pub(super) fn name_ui(ui: &mut Ui, name: &str) -> Response {
     ui.label(RichText::new(name).color(theme::TEXT_FAINT))
+}
+
+/// A row that is switched on and off.
+pub(super) fn switch_ui(ui: &mut Ui, is_on: &mut bool, name: &str) -> Response {
+    let row = ui.checkbox(is_on, name);
+    show_sought(ui, name, &row);
+    row
 }
 
 /// A row of a name in a column of its own and what it names.

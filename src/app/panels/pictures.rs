@@ -8,7 +8,7 @@ use eframe::egui::{
     pos2, vec2,
 };
 
-use super::name_column_ui;
+use super::{name_column_ui, show_sought};
 use crate::app::theme;
 use crate::core::{Srgb8, Ticket};
 use crate::kernel::{Kernel, RadialKernel, Separable, SplatMesh, Subdivisions, coefficients};
@@ -35,11 +35,12 @@ pub(super) fn explained_row_ui<R>(
     (help, paint): (&str, impl FnOnce(&Painter, Rect)),
     add: impl FnOnce(&mut Ui) -> R,
 ) -> R {
-    ui.horizontal(|ui| {
+    let row = ui.horizontal(|ui| {
         name_column_ui(ui, name).on_hover_ui(|ui| explained_ui(ui, help, paint));
         add(ui)
-    })
-    .inner
+    });
+    show_sought(ui, name, &row.response);
+    row.inner
 }
 
 /// A picture and the sentence under it.

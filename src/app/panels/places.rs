@@ -18,6 +18,9 @@ const fn place(section: &'static str, name: &'static str, help: &'static str) ->
     Place { name, section, help }
 }
 
+/// What saves a cycle of the animation.
+pub(in crate::app) const SAVE_LOOP: &str = "Save loop…";
+
 /// In the order of the side panel, without what is a command, too.
 pub const PLACES: [Place; 48] = [
     place(DATA, "Dimensions", "How many samples the volume has along each axis"),
@@ -27,7 +30,7 @@ pub const PLACES: [Place; 48] = [
     place(VECTORS, "Speed", "How fast the marks of vectors move along the flow"),
     place(VECTORS, "Phase", "How far the marks have moved: the animation, by hand"),
     place(VECTORS, "Pictures a second", "How often an animation is drawn at most"),
-    place(VECTORS, "Save loop…", "The animation as a GIF or a series of pictures"),
+    place(VECTORS, SAVE_LOOP, "The animation as a GIF or a series of pictures"),
     place(VECTORS, "Visible from", "Shorter vectors are transparent"),
     place(VECTORS, "Opaque from", "Vectors of this length have the greatest opacity"),
     place(

@@ -42,6 +42,12 @@ pub(in crate::app) fn seek_row(ctx: &Context, section: &'static str, name: &'sta
     ctx.data_mut(|data| data.insert_temp(sought_row_id(), sought));
 }
 
+/// The row that was sought and is marked.
+pub fn marked_row(ctx: &Context) -> Option<&'static str> {
+    let sought = ctx.data(|data| data.get_temp::<SoughtRow>(sought_row_id()))?;
+    (sought.is_seen && ctx.time() < sought.until).then_some(sought.name)
+}
+
 /// Draws what belongs to a section, whose rows may be sought.
 pub(in crate::app) fn in_section_ui<R>(
     ui: &mut Ui,

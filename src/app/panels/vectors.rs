@@ -6,6 +6,7 @@ use eframe::egui::{CollapsingHeader, ComboBox, RichText, Ui};
 use glam::DVec3;
 
 use super::lists::ListUi;
+use super::places::SAVE_LOOP;
 use super::splat::slider_row;
 use super::vector_look::Names;
 use super::{flow, row_ui, slider_ui, typed, vector_look};
@@ -72,7 +73,7 @@ pub fn vectors_ui(
     animation_ui(ui, clock, fps, now);
     let help = "Draw one whole cycle and save it as an animated GIF or as numbered PNGs: it runs on \
                 without a seam";
-    let save = row_ui(ui, "", |ui| ui.button("Save loop…").on_hover_text(help).clicked());
+    let save = row_ui(ui, "", |ui| ui.button(SAVE_LOOP).on_hover_text(help).clicked());
     let request = if save { Some(VectorRequest::SaveLoop) } else { request };
     let scalar = scene.volume().map(Arc::clone);
     let scalar = scalar.as_deref();

@@ -3,7 +3,7 @@
 use eframe::egui::{CollapsingHeader, ComboBox, IntoAtoms, Label, RichText, Ui};
 
 use super::lists::ListUi;
-use super::{row_ui, slider_ui, typed};
+use super::{row_ui, slider_ui, switch_ui, typed};
 use crate::app::actions::{Action, entry_of};
 use crate::app::annotations::switches_ui;
 use crate::app::camera_control::Turning;
@@ -282,18 +282,18 @@ fn refinement_ui(ui: &mut Ui, settings: &mut Settings) {
             )
             .on_disabled_hover_text("Full quality takes the time it needs");
     });
-    ui.checkbox(&mut settings.converge, "Go on refining at rest").on_hover_text(
+    switch_ui(ui, &mut settings.converge, "Go on refining at rest").on_hover_text(
         "Once the full picture is there, draw it in ever thinner steps along the rays (slabs) until nothing changes any more: at most \
          3 s more work each time the view comes to rest, and none that would take longer; \
          key R refines the view on screen however long that takes",
     );
-    ui.checkbox(&mut settings.smooth_edges, "Smooth edges at rest").on_hover_text(
+    switch_ui(ui, &mut settings.smooth_edges, "Smooth edges at rest").on_hover_text(
         "Once the full picture is there, draw it through four more places of each pixel and show the mean, so that isosurfaces, \
          slices, cuts, labels and the borders of meshes end without steps: four times the work again, beside which the view can be \
          turned at once. Other pictures have no such edges, and take no longer. Saved pictures are smoothed, too; saved loops, comparisons \
          and the accuracy panel are not",
     );
-    ui.checkbox(&mut settings.full_quality_while_moving, "Full quality while moving")
+    switch_ui(ui, &mut settings.full_quality_while_moving, "Full quality while moving")
         .on_hover_text(
             "Draw each view up to full quality, by the same steps as at rest, even with the button held: a hand \
              that moves on sees the quick pictures that they begin with",

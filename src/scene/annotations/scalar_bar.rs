@@ -71,10 +71,20 @@ impl<'a> Legend<'a> {
     /// Of polygons that are coloured by numbers on them.
     fn of_surface(layer: PolygonLayer) -> Option<Self> {
         let colours = layer.colours()?;
-        let title = layer.mesh.arrays().get(layer.array()?)?.name.clone();
+        let array = layer.mesh.arrays().get(layer.array()?)?;
+        // Of lines and arrows there is more than one kind, and more than one length.
+        let title = match array.name == "length" {
+            true => format!("{}, length", layer.mesh.name()),
+            false => array.name.clone(),
+        };
         let [a, b] = colours.range();
+        let within = |range: [f64; 2]| match (array.name == "length", array.range()) {
+            (true, Some(own)) => within(range, own),
+            _ => range,
+        };
         let colour = Box::new(move |at: f64| colours.srgb_at(at).to_linear().0);
-        Some(Self { title, range: [a.min(b), a.max(b)], colour, opacity: None, names: Vec::new() })
+        let range = within([a.min(b), a.max(b)]);
+        Some(Self { title, range, colour, opacity: None, names: Vec::new() })
     }
 
     /// Of the scalar field.
@@ -103,7 +113,7 @@ impl<'a> Legend<'a> {
             [low, high] if low == high && index == Index::Value => {
                 [low.min(statistics.min), high.max(statistics.max)]
             }
-            range if index == Index::Value => within(range, statistics),
+            range if index == Index::Value => within(range, [statistics.min, statistics.max]),
             range => range,
         };
         let opacities = scene.shading.opacity.as_ref().filter(|_| shown);
@@ -163,7 +173,10 @@ impl<'a> Legend<'a> {
             false => None,
         };
         let range = match colour_by {
-            ColourBy::Magnitude => within([a.min(b), a.max(b)], &layer.field.statistics),
+            ColourBy::Magnitude => {
+                let Statistics { min, max, .. } = layer.field.statistics;
+                within([a.min(b), a.max(b)], [min, max])
+            }
             _ => [a.min(b), a.max(b)],
         };
         let colour = Box::new(move |at| transfer.colour_at(at).0);
@@ -191,8 +204,8 @@ impl<'a> Legend<'a> {
 }
 
 /// Colours without those of values that are nowhere.
-fn within([low, high]: [f64; 2], statistics: &Statistics) -> [f64; 2] {
-    let within = [low.max(statistics.min), high.min(statistics.max)];
+fn within([low, high]: [f64; 2], [least, most]: [f64; 2]) -> [f64; 2] {
+    let within = [low.max(least), high.min(most)];
     if within[0] < within[1] { within } else { [low, high] }
 }
 
