@@ -293,12 +293,12 @@ mod tests {
         shapes.arrow(DVec3::ZERO, DVec3::ZERO, WHITE);
         assert!(shapes.is_empty());
         shapes.arrow(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 0.0, 2.0), WHITE);
-        assert!(shapes.mesh("one place").is_ok_and(|mesh| {
+        assert!(shapes.mesh("one place", "speed").is_ok_and(|mesh| {
             let [low, high] = mesh.bounds();
             (low.z, high.z) == (3.0, 5.0) && (high.x - low.x - 2.0 * 0.28).abs() < 1e-6
         }));
         let mut line = Shapes::default();
-        line.tube(&[(DVec3::ZERO, Srgb8::WHITE)], 1.0);
-        assert_eq!(line.mesh("one place"), Err(MeshError::Empty));
+        line.tube(&[(DVec3::ZERO, WHITE)], 1.0);
+        assert_eq!(line.mesh("one place", "speed"), Err(MeshError::Empty));
     }
 }
