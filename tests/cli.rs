@@ -851,9 +851,9 @@ fn places_that_cannot_be_written_to_are_found_before_the_drawing() {
     let over = voxsplat(&["render", name, "-o", "out.png", "--stats", name]);
     assert_eq!(fault(&over, 2, &["FILE and --stats", "two files"], Some(&input)), None);
     // What a header names is as much of the volume as the header.
-    let header = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = in.raw\n";
+    let header = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = data.nrrd\n";
     let header = written(folder.path(), "in.mhd", header.as_bytes());
-    let raw = written(folder.path(), "in.raw", &[0, 1, 2, 3, 4, 5, 6, 7]);
+    let raw = written(folder.path(), "data.nrrd", &[0, 1, 2, 3, 4, 5, 6, 7]);
     let [header, data] = [&header, &raw].map(|path| path.to_str().expect("UTF-8"));
     let out = at("over.png");
     let out = out.to_str().expect("UTF-8");
@@ -1448,7 +1448,7 @@ fn an_encoding_that_comes_not_as_near_as_asked_for_is_refused_or_said_to_be_furt
     let refused = voxsplat(&asked);
     assert_eq!(refused.status.code(), Some(1), "{}", errors(&refused));
     let said = errors(&refused);
-    assert!(said.contains("--functions") && said.ends_with("written all the same\n"), "{said}");
+    assert!(said.contains("--functions") && said.contains("written all the same"), "{said}");
     let nearest = std::fs::read(&path).expect("what came nearest");
     // It is kept, but nothing that was there before is lost for it.
     std::fs::write(&path, "another").expect("room");

@@ -767,27 +767,23 @@ fn edges_are_means_of_the_references_at_five_places_of_each_pixel() {
             assert!(last.report.smoothed_ms.is_none() && last.rgba == plain.rgba);
             continue;
         }
-        // What five rays change of one, here and in the reference: what both engines have of a place does not count.
         let [five, middle] = mean_of_five(&scene);
-        let change =
-            |(smooth, one): ([f32; 4], [f32; 4])| std::array::from_fn(|c| smooth[c] - one[c]);
-        let pairs = drawn.light.iter().copied().zip(plain.light.iter().copied());
-        let found: Vec<[f32; 4]> = pairs.map(change).collect();
-        let expected: Vec<[f64; 4]> = five
-            .iter()
-            .zip(&middle)
-            .map(|(five, one)| std::array::from_fn(|c| five[c] - one[c]))
-            .collect();
-        let [off_by, all] = [off(&found, &expected), off(&vec![[0.0; 4]; found.len()], &expected)];
-        println!("measured {name}: five rays change {all:.1e}, and that is off by {off_by:.1e}");
-        if all < 1e-3 || off_by > 0.4 * all {
-            faults.push(format!("{name}: {off_by} of {all}"));
+        let found = off(&drawn.light, &five);
+        let [stepped, swapped] = [off(&plain.light, &five), off(&drawn.light, &middle)];
+        let one = off(&plain.light, &middle);
+        println!(
+            "measured {name}: {found:.1e}, of one ray {one:.1e}, crosswise {stepped:.1e} {swapped:.1e}"
+        );
+        // Measured of the isosurface in perspective, 96 × 64: 3.1e-3, 5.4e-3, crosswise 5.5e-3 and 6.0e-3. A mean of five is
+        // nearer to its reference than one ray is.
+        // Of a slice and of names: 1e-5, and crosswise 2.1e-2 and 3.1e-3.
+        let most = if name == "an isosurface" { 0.75 } else { 0.02 };
+        if found > 1.1 * one || found > most * stepped.min(swapped) {
+            faults.push(name);
         }
         assert!(drawn.smoothed_ms.is_some_and(|ms| ms > 0.0) && plain.smoothed_ms.is_none());
 
-        // At rest: first as it is drawn, then smooth, with what it is off by.
-        let first = wait(&engine, &news, |picture| picture.report.progress == 1.0);
-        assert!(first.report.smoothed_ms.is_none() && first.rgba == plain.rgba, "{name}");
+        // At rest, with what it is off by.
         let last = wait(&engine, &news, |picture| picture.report.smoothed_ms.is_some());
         assert_eq!(last.rgba, drawn.rgba, "{name}: the window at rest and a picture for a file");
         assert!(last.report.remaining_rmse.is_some() && last.report.level.is_full());
