@@ -17,7 +17,7 @@ use voxsplat::core::{LinearRgb, Srgb8, Ticket};
 use voxsplat::gpu::{AdapterChoice, Context, Renderer, Wishes};
 use voxsplat::kernel::Kernel;
 use voxsplat::plan::Plan;
-use voxsplat::polygons::Shapes;
+use voxsplat::polygons::{Paint, Shapes};
 use voxsplat::scene::{
     self, AlongRay, Backend, Inside, Isosurface, PolygonLayer, SampleSource, Scene, ShadingPreset,
     SplatSettings, VectorLayer, Visibility, framing_camera,
@@ -129,11 +129,12 @@ fn scenes(volume: &Arc<ScalarVolume>) -> Vec<(&'static str, Scene, bool)> {
         let at = |step: i32| {
             let (angle, height) = (f64::from(turn) + 0.1 * f64::from(step), f64::from(step));
             let around = DVec3::new(angle.cos(), angle.sin(), 0.0) * 0.5;
-            (middle + reach * (around + DVec3::Z * (height / 100.0 - 0.5)), Srgb8([230, 180, 90]))
+            let paint = Paint { colour: Srgb8([230, 180, 90]), number: 0.0 };
+            (middle + reach * (around + DVec3::Z * (height / 100.0 - 0.5)), paint)
         };
         tubes.tube(&(0..100).map(at).collect::<Vec<_>>(), 0.01 * reach);
     }
-    let mesh = PolygonLayer::new(Arc::new(tubes.mesh("tubes").expect("triangles")));
+    let mesh = PolygonLayer::new(Arc::new(tubes.mesh("tubes", "number").expect("triangles")));
     let polygons = plain.clone().with(mesh);
     let grid = demo::open("tornado", Some(64)).expect("a demo there is");
     let field = grid.fields.iter().find(|field| field.components == 3).expect("vectors");

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use glam::DVec3;
 use voxsplat::core::{Srgb8, Ticket};
-use voxsplat::polygons::Shapes;
+use voxsplat::polygons::{Paint, Shapes};
 use voxsplat::scene::{
     self, Backend, Classify, PolygonLayer, Reconstruction, SampleSource, Scene, SplatSettings,
     VectorLayer,
@@ -284,9 +284,10 @@ fn fibres(scene: &Scene) -> Result<PolygonLayer> {
         let along =
             DVec3::new(a.cos(), a.sin(), 0.4 * (2.3 * a).cos()).normalize() * (0.65 * reach);
         let fibre = [centre + off - along, centre + off + along];
-        shapes.tube(&fibre.map(|place| (place, Srgb8([240, 190, 120]))), 0.02 * reach);
+        let paint = Paint { colour: Srgb8([240, 190, 120]), number: 0.0 };
+        shapes.tube(&fibre.map(|place| (place, paint)), 0.02 * reach);
     }
-    Ok(PolygonLayer::new(Arc::new(shapes.mesh("fibres")?)))
+    Ok(PolygonLayer::new(Arc::new(shapes.mesh("fibres", "number")?)))
 }
 
 /// A row of the table of costs.
