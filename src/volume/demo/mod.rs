@@ -23,7 +23,7 @@ pub const NAMES: [&str; 8] =
 /// Samples along each axis that may be asked for.
 pub const SIZES: std::ops::RangeInclusive<usize> = 2..=512;
 
-/// Samples between two looks at the ticket: some 50 ms of the slowest demo.
+/// Samples between two looks at the ticket.
 const A_PIECE: usize = 1 << 18;
 
 /// A demo that there is not.
